@@ -1,0 +1,7 @@
+//! Pure numerics: special functions, quadrature rules and directions, with no physics in them.
+
+pub mod direction;
+pub mod exponential_integral;
+pub mod quadrature;
+
+pub use errorfunctions::RealErrorFunctions;

@@ -1,0 +1,288 @@
+//! Masking: the share of microfacets seen from a direction, exact (Smith) and as fitted by the
+//! paper.
+
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::storage::Owned;
+use nalgebra::{DVector, Dyn, OMatrix, U3, Vector3};
+
+use crate::material::MaskingParams;
+use crate::microfacet::beckmann_mixture::{BeckmannLobe, BeckmannMixture, beckmann_lambda};
+
+/// Which masking function a reflectance uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MaskingKind {
+    /// Smith's G1 of the distribution, exactly.
+    #[default]
+    Exact,
+    /// The paper's three-parameter fit to it.
+    Fitted,
+}
+
+/// Exact Smith masking of an SGD channel through its Beckmann mixture.
+///
+/// # Formula
+///
+/// Λ(θ) = ∫_{cotθ}^∞ (r tanθ − 1) P2(r) dr = Σ w_j Λ_beckmann(cotθ/α_j),   G1 = 1/(1+Λ)
+#[derive(Clone, Debug, PartialEq)]
+pub struct SmithMasking {
+    nodes: Vec<SmithNode>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct SmithNode {
+    inv_alpha: f64,
+    weight: f64,
+}
+
+impl SmithMasking {
+    /// The masking of the surface that `mixture` describes.
+    #[must_use]
+    pub fn new(mixture: &BeckmannMixture) -> Self {
+        let node = |lobe: &BeckmannLobe| SmithNode {
+            inv_alpha: 1.0 / lobe.alpha,
+            weight: lobe.weight,
+        };
+        Self { nodes: mixture.lobes().iter().map(node).collect() }
+    }
+
+    /// Smith's Λ at cotθ ≥ 0; infinite at grazing.
+    #[must_use]
+    pub fn lambda(&self, cot_theta: f64) -> f64 {
+        self.nodes.iter().map(|n| n.weight * beckmann_lambda(cot_theta * n.inv_alpha)).sum()
+    }
+
+    /// G1 = 1/(1+Λ) at cotθ, in [0, 1].
+    #[must_use]
+    pub fn g1(&self, cot_theta: f64) -> f64 {
+        1.0 / (1.0 + self.lambda(cot_theta))
+    }
+}
+
+/// The published masking fit, in a form that cannot overflow.
+///
+/// # Formula
+///
+/// ```text
+/// G1(θ) = 1 + λ (1 - e^{c(θ-θ0)^k}) for θ > θ0, else 1;   θ0 = π/2 - (ln(1+1/λ)/c)^{1/k}
+/// ```
+///
+/// (Bagher et al. 2012, equation 15). With L = ln(1+1/λ) and u = (π/2−θ)/(π/2−θ0),
+/// c(θ−θ0)^k = L(1−u)^k, so
+///
+/// ```text
+/// G1 = -(1+λ) expm1(-L (1-(1-u)^k)),   1-(1-u)^k = -expm1(k ln1p(-u))
+/// ```
+///
+/// exactly 0 at grazing, for c up to 1e109 and λ from 4.5e-8 to 1.5e7. The amplitude λ is not
+/// Smith's Λ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FittedMasking {
+    amplitude: f64,
+    log_ratio: f64,
+    k: f64,
+    /// π/2 − θ0, the elevation below which masking sets in \[rad\].
+    onset_elevation: f64,
+}
+
+impl FittedMasking {
+    /// The fit with published parameters.
+    #[must_use]
+    pub fn new(params: MaskingParams) -> Self {
+        let log_ratio = params.lambda.recip().ln_1p();
+        // In logarithms: c alone reaches 1e109 and a file may hold more.
+        let onset_elevation = ((log_ratio.ln() - params.c.ln()) / params.k).exp();
+        Self { amplitude: params.lambda, log_ratio, k: params.k, onset_elevation }
+    }
+
+    /// θ0, the angle at which masking sets in \[rad\]; negative for many published channels.
+    #[must_use]
+    pub fn theta0(&self) -> f64 {
+        std::f64::consts::FRAC_PI_2 - self.onset_elevation
+    }
+
+    /// G1 at the elevation π/2 − θ above the horizon \[rad\].
+    #[must_use]
+    pub fn g1_at_elevation(&self, elevation: f64) -> f64 {
+        let u = elevation / self.onset_elevation;
+        if u >= 1.0 {
+            return 1.0;
+        }
+        let risen = -(self.k * (-u).ln_1p()).exp_m1();
+        (-(1.0 + self.amplitude) * (-self.log_ratio * risen).exp_m1()).clamp(0.0, 1.0)
+    }
+
+    /// G1 at cotθ ≥ 0.
+    #[must_use]
+    pub fn g1(&self, cot_theta: f64) -> f64 {
+        self.g1_at_elevation(cot_theta.atan())
+    }
+}
+
+/// The masking function of one channel.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Masking {
+    /// Smith's, exactly.
+    Exact(SmithMasking),
+    /// The paper's fit.
+    Fitted(FittedMasking),
+}
+
+impl Masking {
+    /// G1 at cotθ ≥ 0, in [0, 1].
+    #[must_use]
+    pub fn g1(&self, cot_theta: f64) -> f64 {
+        match self {
+            Self::Exact(smith) => smith.g1(cot_theta),
+            Self::Fitted(fitted) => fitted.g1(cot_theta),
+        }
+    }
+
+    /// Λ = 1/G1 − 1 at cotθ: Smith's own, or the one that the fit implies.
+    #[must_use]
+    pub fn lambda(&self, cot_theta: f64) -> f64 {
+        match self {
+            Self::Exact(smith) => smith.lambda(cot_theta),
+            Self::Fitted(fitted) => fitted.g1(cot_theta).recip() - 1.0,
+        }
+    }
+}
+
+/// The samples of exact masking that a fit goes through, evenly spaced in θ.
+const FIT_SAMPLES: usize = 256;
+
+impl FittedMasking {
+    /// The least squares fit of the published form to the exact masking over θ in [0, π/2].
+    ///
+    /// The unknowns are ln λ, ln k and ln(π/2 − θ0), each free of constraints, solved by
+    /// Levenberg–Marquardt from several starts.
+    #[must_use]
+    pub fn fit(exact: &SmithMasking) -> Self {
+        const STARTS: [[f64; 2]; 4] = [[1.0, 3.5], [1.0, 5.0], [0.0, 2.0], [8.0, 1.2]];
+        let samples = fit_samples(exact);
+        // Masking sets in about where G1 has left 1 by a percent.
+        let onset = samples.iter().map(|s| s.0).filter(|e| exact.g1(e.tan()) < 0.99);
+        let log_onset = onset.fold(1e-3, f64::max).ln();
+        let fits = STARTS.map(|[log_amplitude, log_k]| {
+            let problem = MaskingFit {
+                samples: &samples,
+                unknowns: Vector3::new(log_amplitude, log_k, log_onset),
+            };
+            let (solved, report) = LevenbergMarquardt::new().minimize(problem);
+            (report.objective_function, solved.masking())
+        });
+        let finite = fits.into_iter().filter(|(objective, _)| objective.is_finite());
+        let best = finite.min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or_else(|| MaskingFit::form(1.0, 3.5, log_onset), |(_, masking)| masking)
+    }
+
+    /// The parameters λ, c, k of this fit.
+    #[must_use]
+    pub fn params(&self) -> MaskingParams {
+        let c = (self.log_ratio.ln() - self.k * self.onset_elevation.ln()).exp();
+        MaskingParams { lambda: self.amplitude, c, k: self.k }
+    }
+}
+
+/// (elevation, exact G1), from just above the horizon to the zenith.
+fn fit_samples(exact: &SmithMasking) -> Vec<(f64, f64)> {
+    (1..=FIT_SAMPLES)
+        .map(|i| std::f64::consts::FRAC_PI_2 * i as f64 / FIT_SAMPLES as f64)
+        .map(|elevation| (elevation, exact.g1(elevation.tan())))
+        .collect()
+}
+
+/// The masking fit as a least squares problem in (ln λ, ln k, ln(π/2 − θ0)).
+#[derive(Clone)]
+struct MaskingFit<'a> {
+    samples: &'a [(f64, f64)],
+    unknowns: Vector3<f64>,
+}
+
+impl MaskingFit<'_> {
+    fn form(log_amplitude: f64, log_k: f64, log_onset: f64) -> FittedMasking {
+        let amplitude = log_amplitude.clamp(-18.0, 18.0).exp();
+        FittedMasking {
+            amplitude,
+            log_ratio: amplitude.recip().ln_1p(),
+            k: log_k.clamp(-3.0, 7.0).exp(),
+            onset_elevation: log_onset.clamp(-12.0, 2.0).exp(),
+        }
+    }
+
+    fn masking(&self) -> FittedMasking {
+        Self::form(self.unknowns[0], self.unknowns[1], self.unknowns[2])
+    }
+
+    fn residuals_at(&self, unknowns: Vector3<f64>) -> DVector<f64> {
+        let masking = Self::form(unknowns[0], unknowns[1], unknowns[2]);
+        let residual = |(elevation, g1): &(f64, f64)| masking.g1_at_elevation(*elevation) - g1;
+        DVector::from_iterator(self.samples.len(), self.samples.iter().map(residual))
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, U3> for MaskingFit<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, U3>;
+    type ParameterStorage = Owned<f64, U3>;
+
+    fn set_params(&mut self, unknowns: &Vector3<f64>) {
+        self.unknowns = *unknowns;
+    }
+
+    fn params(&self) -> Vector3<f64> {
+        self.unknowns
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        Some(self.residuals_at(self.unknowns))
+    }
+
+    fn jacobian(&self) -> Option<OMatrix<f64, Dyn, U3>> {
+        const STEP: f64 = 1e-6;
+        let column = |axis: usize| {
+            let mut step = Vector3::zeros();
+            step[axis] = STEP;
+            let forward = self.residuals_at(self.unknowns + step);
+            (forward - self.residuals_at(self.unknowns - step)) / (2.0 * STEP)
+        };
+        Some(OMatrix::<f64, Dyn, U3>::from_columns(&[column(0), column(1), column(2)]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::catalog;
+
+    fn exact(alpha: f64, p: f64) -> SmithMasking {
+        SmithMasking::new(&BeckmannMixture::new(alpha, p, 1e-13))
+    }
+
+    #[test]
+    fn theta0_is_the_printed_one() {
+        for entry in catalog() {
+            for (params, printed) in entry.material.channels.iter().zip(&entry.printed) {
+                let masking = FittedMasking::new(params.masking.expect("published"));
+                assert!((masking.theta0() - printed.theta0).abs() < 6e-6, "{}", entry.material.name);
+                let round_trip = FittedMasking::new(masking.params());
+                assert!((round_trip.theta0() - masking.theta0()).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_fresh_fit_is_as_close_as_the_published_one() {
+        for entry in catalog().iter().step_by(7) {
+            for params in &entry.material.channels {
+                let exact = exact(params.alpha, params.p);
+                let published = FittedMasking::new(params.masking.expect("published"));
+                let fresh = FittedMasking::fit(&exact);
+                let squares = |fit: &FittedMasking| -> f64 {
+                    let samples = fit_samples(&exact);
+                    samples.iter().map(|(e, g1)| (fit.g1_at_elevation(*e) - g1).powi(2)).sum()
+                };
+                assert!(squares(&fresh) <= squares(&published) * 1.05 + 1e-9, "{}", entry.material.name);
+            }
+        }
+    }
+}

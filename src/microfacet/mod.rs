@@ -1,0 +1,12 @@
+//! The three factors of a microfacet reflectance: normal distribution, masking, Fresnel; and the
+//! identity that SGD is a mixture of Beckmann lobes.
+
+pub mod beckmann_mixture;
+pub mod fresnel;
+pub mod masking;
+pub mod ndf;
+
+pub use beckmann_mixture::{BeckmannLobe, BeckmannMixture};
+pub use fresnel::Fresnel;
+pub use masking::{FittedMasking, Masking, SmithMasking};
+pub use ndf::{BeckmannNdf, GgxNdf, SgdNdf};
