@@ -50,7 +50,7 @@ impl BeckmannMixture {
         }
         let accuracy = accuracy.clamp(1e-13, 0.1);
         let length = support(alpha, p, accuracy);
-        let rule = gauss_jacobi(p, node_count(length, accuracy));
+        let rule = gauss_jacobi(p, node_count(alpha, length, accuracy));
         let log_density: Vec<f64> =
             rule.iter().map(|node| log_density(alpha, p, node.x * length)).collect();
         let largest = log_density.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -96,12 +96,16 @@ fn support(alpha: f64, p: f64, accuracy: f64) -> f64 {
 
 /// Nodes for a relative `accuracy` over y in [0, length].
 ///
-/// The integrand is analytic in the strip |Im y| < π/2, where e^{−a²e^y} stops decaying, so Gauss
-/// quadrature gains a factor ρ² per node with ln ρ = asinh(π/length) (the Bernstein ellipse that
-/// touches the strip).
-fn node_count(length: f64, accuracy: f64) -> usize {
-    let rate = 2.0 * (PI / length).asinh();
-    (-accuracy.ln() / rate).ceil() as usize + 2
+/// Two things limit Gauss quadrature here. The integrand is analytic only in the strip
+/// |Im y| < π/2, where e^{−a²e^y} stops decaying: each node gains ρ² with
+/// ln ρ = asinh(π/length), the Bernstein ellipse that touches the strip. And it decays by
+/// e^{−decay} over the interval: the Chebyshev coefficients of e^{−decay·z} fall like
+/// e^{−n²/decay}.
+fn node_count(alpha: f64, length: f64, accuracy: f64) -> usize {
+    let digits = -accuracy.ln();
+    let for_strip = 0.5 * digits / (PI / length).asinh();
+    let for_decay = 0.5 * (alpha * length.exp_m1() * digits).sqrt();
+    for_strip.max(for_decay).ceil() as usize + 2
 }
 
 /// Smith's Λ of a Beckmann surface at a = cotθ/α_b.

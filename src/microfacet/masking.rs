@@ -157,7 +157,8 @@ impl FittedMasking {
     /// Levenberg–Marquardt from several starts.
     #[must_use]
     pub fn fit(exact: &SmithMasking) -> Self {
-        const STARTS: [[f64; 2]; 4] = [[1.0, 3.5], [1.0, 5.0], [0.0, 2.0], [8.0, 1.2]];
+        const STARTS: [[f64; 2]; 7] =
+            [[1.0, 3.5], [1.0, 5.0], [0.0, 2.0], [8.0, 1.2], [-2.0, 3.0], [4.0, 2.0], [12.0, 1.0]];
         let samples = fit_samples(exact);
         // Masking sets in about where G1 has left 1 by a percent.
         let onset = samples.iter().map(|s| s.0).filter(|e| exact.g1(e.tan()) < 0.99);
