@@ -18,6 +18,7 @@
 //! ARCHITECTURE.md holds the table and a test keeps it.
 
 pub mod brdf;
+pub mod cli;
 pub mod material;
 pub mod math;
 pub mod microfacet;

@@ -109,7 +109,10 @@ mod tests {
     fn holds_100_valid_materials() {
         let names: Vec<&str> = catalog().iter().map(|e| e.material.name.as_str()).collect();
         assert_eq!(names.len(), 100);
-        assert!(names.iter().collect::<std::collections::HashSet<_>>().len() == 100, "names are unique");
+        assert!(
+            names.iter().collect::<std::collections::HashSet<_>>().len() == 100,
+            "names are unique"
+        );
         for entry in catalog() {
             for channel in &entry.material.channels {
                 channel.validate().expect("published parameters are in range");

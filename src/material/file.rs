@@ -102,8 +102,7 @@ const MASKING: [&str; 3] = ["lambda", "c", "k"];
 ///
 /// The file, the line, what was found and what is accepted.
 pub fn load(path: &Path) -> Result<Material, MaterialFileError> {
-    let unreadable =
-        |source| MaterialFileError::Unreadable { path: path.to_owned(), source };
+    let unreadable = |source| MaterialFileError::Unreadable { path: path.to_owned(), source };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
     if size > MOST_BYTES {
         let problem = Problem::TooLarge(size);
@@ -198,7 +197,11 @@ fn entry<'t, 'i>(
     Ok((value.get_ref(), value.span()))
 }
 
-fn refuse_unknown_keys(table: &DeTable<'_>, prefix: &str, accepted: &[&str]) -> Result<(), Located> {
+fn refuse_unknown_keys(
+    table: &DeTable<'_>,
+    prefix: &str,
+    accepted: &[&str],
+) -> Result<(), Located> {
     match table.keys().find(|key| !accepted.contains(&key.get_ref().as_ref())) {
         None => Ok(()),
         Some(key) => Err((
@@ -270,14 +273,22 @@ f1 = -0.6
     #[test]
     fn refusals_name_file_line_key_and_range() {
         let cases = [
-            ("alpha = 0.1\n", "alpha = 0\n", "m.toml:12: [g] alpha = 0 is out of range: accepted is a finite number > 0"),
+            (
+                "alpha = 0.1\n",
+                "alpha = 0\n",
+                "m.toml:12: [g] alpha = 0 is out of range: accepted is a finite number > 0",
+            ),
             ("rho_s = 1\n", "rho_s = nan\n", "m.toml:11: [g] rho_s = NaN is out of range"),
             ("rho_s = 1\n", "rho_s = -inf\n", "m.toml:11: [g] rho_s = -inf is out of range"),
             ("p = 0\n", "p = -1\n", "m.toml:13: [g] p = -1 is out of range"),
             ("k = 24.4\n", "", "m.toml:9: the key 'g.k' is missing"),
             ("k = 24.4\n", "k = \"x\"\n", "m.toml:18: 'g.k' is string; accepted is a number"),
             ("k = 24.4\n", "kk = 1\nk = 24.4\n", "m.toml:18: unknown key 'g.kk'"),
-            ("name = \"my-paint\"", "name = 3", "m.toml:1: 'name' is integer; accepted is a string"),
+            (
+                "name = \"my-paint\"",
+                "name = 3",
+                "m.toml:1: 'name' is integer; accepted is a string",
+            ),
             ("name = \"my-paint\"", "name = \"", "m.toml:1: not valid TOML"),
             ("[b]", "[bb]", "unknown key 'bb'"),
         ];

@@ -38,10 +38,8 @@ impl SmithMasking {
     /// The masking of the surface that `mixture` describes.
     #[must_use]
     pub fn new(mixture: &BeckmannMixture) -> Self {
-        let node = |lobe: &BeckmannLobe| SmithNode {
-            inv_alpha: 1.0 / lobe.alpha,
-            weight: lobe.weight,
-        };
+        let node =
+            |lobe: &BeckmannLobe| SmithNode { inv_alpha: 1.0 / lobe.alpha, weight: lobe.weight };
         Self { nodes: mixture.lobes().iter().map(node).collect() }
     }
 
@@ -264,7 +262,11 @@ mod tests {
         for entry in catalog() {
             for (params, printed) in entry.material.channels.iter().zip(&entry.printed) {
                 let masking = FittedMasking::new(params.masking.expect("published"));
-                assert!((masking.theta0() - printed.theta0).abs() < 6e-6, "{}", entry.material.name);
+                assert!(
+                    (masking.theta0() - printed.theta0).abs() < 6e-6,
+                    "{}",
+                    entry.material.name
+                );
                 let round_trip = FittedMasking::new(masking.params());
                 assert!((round_trip.theta0() - masking.theta0()).abs() < 1e-9);
             }
@@ -282,7 +284,11 @@ mod tests {
                     let samples = fit_samples(&exact);
                     samples.iter().map(|(e, g1)| (fit.g1_at_elevation(*e) - g1).powi(2)).sum()
                 };
-                assert!(squares(&fresh) <= squares(&published) * 1.05 + 1e-9, "{}", entry.material.name);
+                assert!(
+                    squares(&fresh) <= squares(&published) * 1.05 + 1e-9,
+                    "{}",
+                    entry.material.name
+                );
             }
         }
     }

@@ -94,11 +94,8 @@ impl GgxNdf {
     #[must_use]
     pub fn eval(&self, tan2_theta: f64) -> f64 {
         let alpha2 = self.alpha * self.alpha;
-        let ratio = if tan2_theta.is_finite() {
-            (1.0 + tan2_theta) / (alpha2 + tan2_theta)
-        } else {
-            1.0
-        };
+        let ratio =
+            if tan2_theta.is_finite() { (1.0 + tan2_theta) / (alpha2 + tan2_theta) } else { 1.0 };
         alpha2 / PI * ratio * ratio
     }
 }

@@ -1,0 +1,175 @@
+//! `sgdbake materials`: the catalogue, or one material's table as the paper prints it.
+
+use serde_json::{Map, Value, json};
+
+use crate::brdf::ChannelBrdf;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
+use crate::cli::selection;
+use crate::material::{Channel, ChannelParams, MaskingParams, Material, catalog, find};
+use crate::microfacet::masking::{FittedMasking, MaskingKind};
+use crate::microfacet::{Masking, SgdNdf};
+
+/// Lists the measured materials, or prints one material's full table.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  sgdbake materials gold-paint")]
+pub struct Arguments {
+    /// A catalogue name or the path of a material file
+    #[arg(value_name = "MATERIAL")]
+    name: Option<String>,
+    /// Machine-readable output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
+    match &arguments.name {
+        None => list(arguments.json, output),
+        Some(name) => show(&selection::material(name)?, arguments.json, output),
+    }
+}
+
+fn list(json: bool, output: &mut Output) -> Result<(), Failure> {
+    let mut names = catalog().iter().map(|entry| entry.material.name.as_str());
+    if json {
+        let names: Vec<&str> = names.collect();
+        return output.json(&json!({"schema": "sgdbake/materials/1", "materials": names}));
+    }
+    names.try_for_each(|name| output.line(name))
+}
+
+/// A channel's row of the printed table.
+struct Row {
+    params: ChannelParams,
+    masking: MaskingParams,
+    ndf_k: f64,
+    theta0: f64,
+    error: Option<f64>,
+}
+
+fn rows(material: &Material) -> [Row; 3] {
+    // The printed error belongs to the published numbers, not to a file of the same name.
+    let published = find(&material.name).ok().filter(|entry| entry.material == *material);
+    std::array::from_fn(|c| {
+        let params = material.channels[c];
+        let masking = params.masking.unwrap_or_else(|| fitted_masking(&params));
+        Row {
+            params,
+            masking,
+            ndf_k: SgdNdf::new(params.alpha, params.p).k(),
+            theta0: FittedMasking::new(masking).theta0(),
+            error: published.map(|entry| entry.printed[c].error),
+        }
+    })
+}
+
+fn fitted_masking(params: &ChannelParams) -> MaskingParams {
+    match ChannelBrdf::new(params, MaskingKind::Exact).masking {
+        Masking::Exact(smith) => FittedMasking::fit(&smith).params(),
+        Masking::Fitted(fitted) => fitted.params(),
+    }
+}
+
+fn show(material: &Material, json: bool, output: &mut Output) -> Result<(), Failure> {
+    let rows = rows(material);
+    if json {
+        return output.json(&table_json(&material.name, &rows));
+    }
+    output.line(&material.name)?;
+    output.line(header())?;
+    for (channel, row) in Channel::ALL.into_iter().zip(&rows) {
+        output.line(table_line(channel, row))?;
+    }
+    Ok(())
+}
+
+const COLUMNS: [&str; 12] =
+    ["rho_d", "rho_s", "alpha", "p", "F0", "F1", "K", "lambda", "c", "k", "theta0", "error"];
+
+fn numbers(row: &Row) -> [Option<f64>; 12] {
+    let ChannelParams { rho_d, rho_s, alpha, p, f0, f1, .. } = row.params;
+    let MaskingParams { lambda, c, k } = row.masking;
+    let row = [rho_d, rho_s, alpha, p, f0, f1, row.ndf_k, lambda, c, k, row.theta0]
+        .map(Some)
+        .into_iter()
+        .chain([row.error]);
+    let mut numbers = [None; 12];
+    numbers.iter_mut().zip(row).for_each(|(slot, number)| *slot = number);
+    numbers
+}
+
+fn header() -> String {
+    COLUMNS.iter().fold(" ".to_owned(), |line, column| format!("{line} {column:>12}"))
+}
+
+fn table_line(channel: Channel, row: &Row) -> String {
+    numbers(row).iter().fold(channel.name().to_owned(), |line, number| {
+        format!("{line} {:>12}", number.map_or_else(|| "-".to_owned(), six_digits))
+    })
+}
+
+/// Six significant digits, the way the paper prints its tables.
+fn six_digits(number: f64) -> String {
+    let magnitude = number.abs();
+    if number == 0.0 || (1e-4..1e6).contains(&magnitude) {
+        let decimals = if number == 0.0 { 0 } else { 5 - magnitude.log10().floor() as i32 };
+        let fixed = format!("{number:.*}", decimals.max(0) as usize);
+        return trim_zeros(&fixed).to_owned();
+    }
+    let scientific = format!("{number:.5e}");
+    match scientific.split_once('e') {
+        Some((mantissa, exponent)) => format!("{}e{exponent}", trim_zeros(mantissa)),
+        None => scientific,
+    }
+}
+
+fn trim_zeros(decimal: &str) -> &str {
+    if decimal.contains('.') {
+        decimal.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        decimal
+    }
+}
+
+fn table_json(name: &str, rows: &[Row; 3]) -> Value {
+    let channels: Map<String, Value> = Channel::ALL
+        .into_iter()
+        .zip(rows)
+        .map(|(channel, row)| (channel.name().to_owned(), row_json(row)))
+        .collect();
+    json!({"schema": "sgdbake/material/1", "name": name, "channels": channels})
+}
+
+/// Keys as in a material file, and what follows from them: `K`, `theta0`, `error`.
+fn row_json(row: &Row) -> Value {
+    let keys = COLUMNS.map(|column| match column {
+        "F0" => "f0",
+        "F1" => "f1",
+        other => other,
+    });
+    Value::Object(
+        keys.into_iter().zip(numbers(row)).map(|(key, n)| (key.to_owned(), json!(n))).collect(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::six_digits;
+
+    #[test]
+    fn numbers_print_as_in_the_paper() {
+        let printed = [
+            (0.0478786, "0.0478786"),
+            (46.384_12, "46.3841"),
+            (1.127_17e-7, "1.12717e-7"),
+            (1.8e66, "1.8e66"),
+            (0.0, "0"),
+            (-0.066_109_1, "-0.0661091"),
+            (354.275, "354.275"),
+        ];
+        for (number, text) in printed {
+            assert_eq!(six_digits(number), text);
+        }
+    }
+}

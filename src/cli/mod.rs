@@ -1,0 +1,68 @@
+//! The command line: arguments (raw) → request (checked) → one file per command. Only here does
+//! anything print, pick paths or know of exit codes.
+
+pub mod failure;
+pub mod output;
+pub mod selection;
+
+mod eval;
+mod materials;
+mod slice;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+pub use failure::Failure;
+use output::Output;
+
+/// Measured materials for engines: exact SGD evaluation, lookup textures, best fits and glTF
+/// export, each with a stated error.
+#[derive(Debug, Parser)]
+#[command(name = "sgdbake", version, max_term_width = 100, after_help = EXIT_CODES)]
+pub struct Cli {
+    /// Threads to use; all cores by default
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// No progress bars and no notes on stderr
+    #[arg(long, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done; 1 the job failed (I/O, an invalid scene); 2 wrong usage; 3 a stated check or \
+tolerance is not met.";
+
+/// Every command; its own module holds its arguments and what it does.
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// The catalogue of measured materials, or one material's parameters
+    Materials(materials::Arguments),
+    /// The reflectance and its factors for pairs of directions
+    Eval(eval::Arguments),
+    /// The factors D, Λ, G1 and F against one angle
+    Slice(slice::Arguments),
+}
+
+/// Parses the process's arguments, runs the command and reports its exit code.
+#[must_use]
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    if let Some(threads) = cli.threads {
+        // Fails only where a pool exists already, which nothing before this line builds.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+    }
+    let mut output = Output::new(cli.quiet);
+    let result = run(&cli.command, &mut output).and_then(|()| output.finish());
+    result.map_or_else(Failure::report, |()| ExitCode::SUCCESS)
+}
+
+fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
+    match command {
+        Command::Materials(arguments) => materials::run(arguments, output),
+        Command::Eval(arguments) => eval::run(arguments, output),
+        Command::Slice(arguments) => slice::run(arguments, output),
+    }
+}

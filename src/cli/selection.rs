@@ -1,0 +1,97 @@
+//! Materials, directions and angles as they are named on the command line.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use glam::DVec3;
+
+use crate::cli::failure::Failure;
+use crate::material::{Material, MaterialFileError, find, load};
+use crate::math::direction::normalised;
+use crate::microfacet::masking::MaskingKind;
+
+/// Which masking function to evaluate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum MaskingChoice {
+    /// Smith's masking of the distribution, exactly
+    #[default]
+    Exact,
+    /// The paper's three-parameter fit
+    Fitted,
+}
+
+impl From<MaskingChoice> for MaskingKind {
+    fn from(choice: MaskingChoice) -> Self {
+        match choice {
+            MaskingChoice::Exact => Self::Exact,
+            MaskingChoice::Fitted => Self::Fitted,
+        }
+    }
+}
+
+/// The material that `name` names: a catalogue name, or the path of a material file.
+///
+/// # Errors
+///
+/// Neither: the nearest names. A file that cannot be read or is no material: file, line and key.
+pub fn material(name: &str) -> Result<Material, Failure> {
+    let unknown = match find(name) {
+        Ok(entry) => return Ok(entry.material.clone()),
+        Err(unknown) => unknown,
+    };
+    let path = Path::new(name);
+    if path.exists() || name.contains(std::path::MAIN_SEPARATOR) || name.ends_with(".toml") {
+        return load(path).map_err(Failure::from);
+    }
+    Err(Failure::usage(&unknown).help(format!(
+        "did you mean {}? 'sgdbake materials' lists all; a material file is named by its path",
+        unknown.nearest.join(", ")
+    )))
+}
+
+impl From<MaterialFileError> for Failure {
+    fn from(error: MaterialFileError) -> Self {
+        match error {
+            MaterialFileError::Unreadable { .. } => {
+                Self::job(error).help("'sgdbake materials' lists the catalogue's names")
+            }
+            MaterialFileError::Invalid { .. } => {
+                Self::usage(error).help("README.md shows a complete material file")
+            }
+        }
+    }
+}
+
+/// A direction given as `x,y,z`, normalised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction(pub DVec3);
+
+/// Why three numbers are no direction.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DirectionError {
+    /// Not three comma-separated numbers.
+    #[error("'{0}' is no direction: give three numbers x,y,z")]
+    Syntax(String),
+    /// Zero, NaN or infinite.
+    #[error("'{0}' has no direction: it must be finite and not zero")]
+    Degenerate(String),
+}
+
+impl FromStr for Direction {
+    type Err = DirectionError;
+
+    fn from_str(text: &str) -> Result<Self, DirectionError> {
+        let numbers: Vec<f64> = text
+            .split(',')
+            .map(|number| number.trim().parse())
+            .collect::<Result<_, _>>()
+            .map_err(|_| DirectionError::Syntax(text.to_owned()))?;
+        let [x, y, z] = numbers[..] else {
+            return Err(DirectionError::Syntax(text.to_owned()));
+        };
+        normalised(DVec3::new(x, y, z))
+            .map(Direction)
+            .ok_or_else(|| DirectionError::Degenerate(text.to_owned()))
+    }
+}

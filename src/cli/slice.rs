@@ -1,0 +1,97 @@
+//! `sgdbake slice`: the factors D, Λ, G1 and F against one angle.
+
+use serde::Serialize;
+
+use crate::brdf::{ChannelBrdf, SgdBrdf};
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
+use crate::cli::selection::{self, MaskingChoice};
+use crate::material::Channel;
+use crate::math::direction::cos_sin_degrees;
+
+/// Prints the factors of the model against an angle: D and G1 at θ, the Fresnel factor at θd = θ.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example:\n  sgdbake slice --material chrome --theta-deg 0,1,20,70,89.99 --json"
+)]
+pub struct Arguments {
+    /// A catalogue name or the path of a material file
+    #[arg(long, value_name = "MATERIAL")]
+    material: String,
+    /// Angles in degrees, from 0 to 90
+    #[arg(long, value_name = "LIST", value_delimiter = ',', required = true, value_parser = theta)]
+    theta_deg: Vec<f64>,
+    /// The masking function
+    #[arg(long, value_enum, default_value_t)]
+    masking: MaskingChoice,
+    /// Machine-readable output, one JSON object a line
+    #[arg(long)]
+    json: bool,
+}
+
+/// One angle's result. Λ is null at 90°, where it is infinite.
+#[derive(Serialize)]
+struct Line {
+    schema: &'static str,
+    theta_deg: f64,
+    r: Factors,
+    g: Factors,
+    b: Factors,
+}
+
+#[derive(Serialize)]
+struct Factors {
+    ndf: f64,
+    lambda: f64,
+    g1: f64,
+    fresnel: f64,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
+    let material = selection::material(&arguments.material)?;
+    let brdf = SgdBrdf::new(&material, arguments.masking.into());
+    if !arguments.json {
+        output.line("theta_deg channel          ndf       lambda           g1      fresnel")?;
+    }
+    arguments
+        .theta_deg
+        .iter()
+        .try_for_each(|theta| print_angle(&brdf, *theta, arguments.json, output))
+}
+
+fn print_angle(
+    brdf: &SgdBrdf,
+    theta_deg: f64,
+    json: bool,
+    output: &mut Output,
+) -> Result<(), Failure> {
+    let [r, g, b] = brdf.channels.each_ref().map(|channel| factors(channel, theta_deg));
+    if json {
+        return output.json(&Line { schema: "sgdbake/slice/1", theta_deg, r, g, b });
+    }
+    for (channel, Factors { ndf, lambda, g1, fresnel }) in Channel::ALL.into_iter().zip([r, g, b]) {
+        let columns = [ndf, lambda, g1, fresnel].map(|n| format!("{n:>12.6e}")).join(" ");
+        output.line(format!("{theta_deg:>9} {:<7} {columns}", channel.name()))?;
+    }
+    Ok(())
+}
+
+fn factors(channel: &ChannelBrdf, theta_deg: f64) -> Factors {
+    let (cos_theta, sin_theta) = cos_sin_degrees(theta_deg);
+    let tan_theta = sin_theta / cos_theta;
+    let cot_theta = cos_theta / sin_theta;
+    Factors {
+        ndf: channel.ndf.eval(tan_theta * tan_theta),
+        lambda: channel.masking.lambda(cot_theta),
+        g1: channel.masking.g1(cot_theta),
+        fresnel: channel.fresnel.eval(cos_theta),
+    }
+}
+
+fn theta(text: &str) -> Result<f64, String> {
+    match text.trim().parse() {
+        Ok(theta) if (0.0..=90.0).contains(&theta) => Ok(theta),
+        _ => Err("accepted are angles from 0 to 90 degrees".to_owned()),
+    }
+}
