@@ -26,13 +26,13 @@ pub struct Arguments {
     #[arg(long, value_name = "MATERIAL")]
     material: String,
     /// Direction to the light
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "wo")]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     wi: Option<Direction>,
     /// Direction to the viewer
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "wi")]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     wo: Option<Direction>,
     /// A CSV file with the header wi_x,wi_y,wi_z,wo_x,wo_y,wo_z
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["wi", "wo"], required_unless_present_all = ["wi", "wo"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["wi", "wo"])]
     pairs: Option<PathBuf>,
     /// The masking function
     #[arg(long, value_enum, default_value_t)]
@@ -62,7 +62,10 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         (_, _, Some(path)) => {
             each_pair(path, |wi, wo| print_pair(&brdf, wi, wo, arguments.json, output))
         }
-        _ => Err(Failure::usage("no directions").help("give --wi and --wo, or --pairs FILE.csv")),
+        (None, None, None) => Err(Failure::usage("no directions")
+            .help("give --wi X,Y,Z and --wo X,Y,Z, or --pairs FILE.csv")),
+        (None, _, None) => Err(Failure::usage("--wi is missing: a pair has two directions")),
+        (_, None, None) => Err(Failure::usage("--wo is missing: a pair has two directions")),
     }
 }
 

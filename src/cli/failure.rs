@@ -69,6 +69,10 @@ impl Failure {
             Self::ClosedPipe => ExitCode::SUCCESS,
             Self::Reported(reported) => {
                 let exit = ExitCode::from(reported.exit as u8);
+                // One line a message, so that it can be searched for; a second call changes nothing.
+                let _ = miette::set_hook(Box::new(|_| {
+                    Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
+                }));
                 eprintln!("{:?}", miette::Report::new(reported));
                 exit
             }
