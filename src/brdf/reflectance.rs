@@ -1,0 +1,44 @@
+//! What an integrator asks of any reflectance: value, a direction drawn, the density it has.
+
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+use glam::DVec3;
+
+use crate::brdf::SgdBrdf;
+use crate::brdf::eval::above_horizon;
+use crate::math::direction::{cos_theta, from_cos_sin};
+
+/// A reflectance of three colour channels over the upper hemisphere: SGD itself, a best fit to
+/// it, or a lookup texture of it.
+///
+/// `wi`, `wo` are unit; below the horizon [`Self::eval`] and [`Self::pdf`] are 0.
+pub trait Reflectance: Sync {
+    /// f(wi, wo) \[1/sr\] per channel.
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
+
+    /// A direction to the light for `wo`, from three uniform numbers in [0, 1); `None` where the
+    /// draw falls below the horizon.
+    ///
+    /// Unless overridden, [`cosine_sample`] of the last two.
+    fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<DVec3> {
+        above_horizon(wo).then(|| cosine_sample([u[1], u[2]]))
+    }
+
+    /// The density of [`Self::sample`] at `wi` \[1/sr\]; 0 exactly where it never draws.
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        if above_horizon(wi) && above_horizon(wo) { cos_theta(wi) * FRAC_1_PI } else { 0.0 }
+    }
+}
+
+/// A direction of density cosθ/π: the unit disc by polar coordinates, lifted to the hemisphere
+/// (Malley's method).
+#[must_use]
+pub fn cosine_sample(u: [f64; 2]) -> DVec3 {
+    from_cos_sin((1.0 - u[0]).sqrt(), u[0].sqrt(), TAU * u[1])
+}
+
+impl Reflectance for SgdBrdf {
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        Self::eval(self, wi, wo)
+    }
+}
