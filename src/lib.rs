@@ -22,3 +22,4 @@ pub mod cli;
 pub mod material;
 pub mod math;
 pub mod microfacet;
+pub mod scene;

@@ -1,0 +1,82 @@
+//! Bytes that are passed on: in memory, or still in the file they came from.
+
+use std::{
+    fs::File,
+    io::{self, Read, Seek, SeekFrom, Write},
+    path::Path,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+/// A run of bytes that is copied but never looked into. A span of a file is copied by the
+/// operating system when the target is a [`File`]; it does not pass through this process.
+#[derive(Debug, Clone)]
+pub enum Bytes {
+    /// Bytes in memory.
+    Memory(Arc<[u8]>),
+    /// `length` bytes from `offset` of an open file.
+    Span {
+        /// The open file, so that a file renamed over it does no harm.
+        file: Arc<Mutex<File>>,
+        /// Where the bytes start.
+        offset: u64,
+        /// How many there are.
+        length: u64,
+    },
+}
+
+impl Bytes {
+    /// The whole file at `path`.
+    pub fn file(path: &Path) -> io::Result<Self> {
+        let file = File::open(path)?;
+        let length = file.metadata()?.len();
+        Ok(Bytes::Span { file: Arc::new(Mutex::new(file)), offset: 0, length })
+    }
+
+    /// How many bytes there are.
+    pub fn len(&self) -> u64 {
+        match self {
+            Bytes::Memory(bytes) => bytes.len() as u64,
+            Bytes::Span { length, .. } => *length,
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The first `length` bytes, or all where there are fewer.
+    pub fn start(self, length: u64) -> Self {
+        match self {
+            _ if self.len() <= length => self,
+            Bytes::Memory(bytes) => Bytes::Memory(bytes[..length as usize].into()),
+            Bytes::Span { file, offset, .. } => Bytes::Span { file, offset, length },
+        }
+    }
+
+    /// Copies the bytes to `out`; a file that became shorter meanwhile is an error.
+    pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
+        match self {
+            Bytes::Memory(bytes) => out.write_all(bytes),
+            Bytes::Span { file, offset, length } => {
+                let file = file.lock().unwrap_or_else(PoisonError::into_inner);
+                (&*file).seek(SeekFrom::Start(*offset))?;
+                let copied = io::copy(&mut (&*file).take(*length), out)?;
+                if copied == *length { Ok(()) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+            }
+        }
+    }
+
+    /// The bytes, read into memory.
+    pub fn read(&self) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.write_to(&mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+impl From<Vec<u8>> for Bytes {
+    fn from(bytes: Vec<u8>) -> Self {
+        Bytes::Memory(bytes.into())
+    }
+}

@@ -1,0 +1,71 @@
+//! What can be wrong with a scene.
+
+use std::io;
+
+use thiserror::Error;
+
+/// Why a scene cannot be read, assigned or written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Reading or writing failed.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// The file's ending names no known kind of scene.
+    #[error("{0:?} is no known kind of scene; .obj, .gltf and .glb are")]
+    Kind(String),
+    /// The .glb container is damaged.
+    #[error("not a valid .glb: {0}")]
+    Glb(String),
+    /// The JSON is not UTF-8.
+    #[error("the glTF JSON is not UTF-8 text")]
+    Utf8,
+    /// The JSON does not parse, or an item has the wrong type.
+    #[error("not a valid glTF: {0}")]
+    Json(#[from] serde_json::Error),
+    /// An index or a size contradicts the rest of the document; the first field is its place.
+    #[error("not a valid glTF: {0}: {1}")]
+    Invalid(String, String),
+    /// A resource that must not be followed.
+    #[error("{uri:?} {reason}; only files in the scene's own folder are read")]
+    Uri {
+        /// The address as it stands in the scene.
+        uri: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A resource of the scene is not there.
+    #[error("the scene's file {uri:?} cannot be read: {source}")]
+    Missing {
+        /// The address as it stands in the scene.
+        uri: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// An assignment that fits nothing.
+    #[error("no material slot matches {pattern:?}; the scene has {}", list(.slots))]
+    NoSlot {
+        /// The pattern as given.
+        pattern: String,
+        /// Names of the slots there are.
+        slots: Vec<String>,
+    },
+    /// More bytes than a .glb can hold.
+    #[error("{0} bytes are more than a .glb can hold (4 GiB); write a .gltf")]
+    TooLarge(u64),
+    /// The OBJ is damaged; the line counts from 1.
+    #[error("not a valid OBJ: line {line}: {reason}")]
+    Obj {
+        /// Where reading stopped.
+        line: usize,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+fn list(slots: &[String]) -> String {
+    match slots {
+        [] => "none".into(),
+        _ => slots.join(", "),
+    }
+}

@@ -1,0 +1,362 @@
+//! A scene and its assignments become files.
+
+use std::{
+    collections::{HashMap, HashSet},
+    ffi::OsStr,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use base64::{Engine, prelude::BASE64_STANDARD};
+use serde_json::{Value, json};
+
+use super::{
+    Attachment, Bytes, Container, Replacement, Scene, SceneError, SlotId, Source,
+    draft::{Draft, data_uri},
+    glb,
+    material::{self, CLEARCOAT, EXTENSION, SPECULAR},
+    resource::{Resource, percent_encode},
+    text::{Pieces, quote},
+};
+
+/// What an export writes.
+#[derive(Debug)]
+pub struct Export {
+    /// The scene first, then what stands beside it.
+    pub files: Vec<OutputFile>,
+    /// What could not be carried over, or is likely not meant.
+    pub warnings: Vec<String>,
+}
+
+/// A file to be written.
+#[derive(Debug)]
+pub struct OutputFile {
+    /// Where.
+    pub path: PathBuf,
+    /// Its content, to be concatenated.
+    pub pieces: Vec<Bytes>,
+}
+
+impl Scene {
+    /// The files of the scene with replacements in its slots, for `target` (.glb or .gltf, which
+    /// may differ from the input's container). Without a replacement and in the input's container
+    /// the document comes out byte for byte. Files that the document names are part of the export
+    /// where the target lies in another folder.
+    ///
+    /// # Errors
+    /// Missing resources, and what [`Container::of`] refuses.
+    pub fn export(
+        &self,
+        assigned: &[(SlotId, &Replacement)],
+        target: &Path,
+    ) -> Result<Export, SceneError> {
+        let container = Container::of(target)?;
+        let mut job = Job {
+            scene: self,
+            container,
+            stem: target.file_stem().and_then(OsStr::to_str).unwrap_or("scene").to_owned(),
+            folder: target.parent().unwrap_or(Path::new("")).to_owned(),
+            draft: Draft::new(&self.text, self.bin.as_ref())?,
+            files: Vec::new(),
+            names: HashSet::new(),
+            stored: HashMap::new(),
+            warnings: Vec::new(),
+        };
+        job.resources()?;
+        job.convert()?;
+        job.assign(assigned)?;
+        job.finish(target)
+    }
+}
+
+struct Job<'s> {
+    scene: &'s Scene,
+    container: Container,
+    stem: String,
+    folder: PathBuf,
+    draft: Draft<'s>,
+    files: Vec<OutputFile>,
+    /// File names taken beside the target.
+    names: HashSet<PathBuf>,
+    /// Where the bytes of an attachment went: its buffer view or its address.
+    stored: HashMap<*const u8, Value>,
+    warnings: Vec<String>,
+}
+
+impl Job<'_> {
+    /// Files of the scene that stay files are copied along, unless they lie there already.
+    fn resources(&mut self) -> Result<(), SceneError> {
+        let resources = self.scene.resources()?;
+        let Some(source) = self.scene.folder().filter(|_| !self.embeds()) else { return Ok(()) };
+        let same = match (source.canonicalize(), self.folder().canonicalize()) {
+            (Ok(source), Ok(target)) => source == target,
+            _ => false,
+        };
+        for resource in resources {
+            if !same {
+                let pieces = vec![Bytes::file(&resource.locate(source)?)?];
+                self.files.push(OutputFile { path: self.folder.join(&resource.path), pieces });
+            }
+            self.names.insert(resource.path);
+        }
+        Ok(())
+    }
+
+    fn folder(&self) -> &Path {
+        if self.folder == Path::new("") { Path::new(".") } else { &self.folder }
+    }
+
+    /// Whether files beside the input move into the target.
+    fn embeds(&self) -> bool {
+        self.container == Container::Glb
+            && !matches!(self.scene.source, Source::File(Container::Glb, _))
+    }
+
+    fn convert(&mut self) -> Result<(), SceneError> {
+        match self.container {
+            Container::Gltf if self.scene.bin.is_some() => self.unpack_buffer()?,
+            Container::Glb if self.embeds() => {
+                self.pack_buffers()?;
+                self.pack_images()?;
+            }
+            _ => {}
+        }
+        if self.container == Container::Gltf && self.scene.rest.is_some() {
+            self.warnings.push("a .gltf has no place for the .glb's further chunks".into());
+        }
+        Ok(())
+    }
+
+    /// .glb → .gltf: the BIN chunk becomes a file.
+    fn unpack_buffer(&mut self) -> Result<(), SceneError> {
+        let Some(buffer) = self.scene.outline.buffers.first() else { return Ok(()) };
+        if buffer.uri.is_some() {
+            return Ok(());
+        }
+        let length = buffer.byte_length.0;
+        let pieces = self.draft.bin.take().unwrap_or_default();
+        let pieces = pieces.into_iter().map(|bytes| bytes.start(length)).collect();
+        let name = self.name("bin");
+        self.edit_member("buffers", 0, &[("uri", Some(quote(&percent_encode(&name))))])?;
+        self.files.push(OutputFile { path: self.folder.join(name), pieces });
+        Ok(())
+    }
+
+    /// .gltf → .glb: the first buffer becomes the BIN chunk, files of others data URIs.
+    fn pack_buffers(&mut self) -> Result<(), SceneError> {
+        for (index, buffer) in self.scene.outline.buffers.iter().enumerate() {
+            let Some(uri) = &buffer.uri else { continue };
+            let bytes = match Resource::new(uri)? {
+                Some(resource) => self.read(&resource)?,
+                None if index == 0 => decode_data_uri(uri)?,
+                None => continue,
+            };
+            if bytes.len() < buffer.byte_length.0 {
+                let place = format!("buffers[{index}]");
+                let lengths = (buffer.byte_length.0, bytes.len());
+                let reason = format!("claims {} bytes, its data has {}", lengths.0, lengths.1);
+                return Err(SceneError::Invalid(place, reason));
+            }
+            let bytes = bytes.start(buffer.byte_length.0);
+            if index == 0 {
+                self.draft.bin = Some(vec![bytes]);
+                self.edit_member("buffers", 0, &[("uri", None)])?;
+            } else {
+                let uri = quote(&data_uri(&[bytes])?);
+                self.edit_member("buffers", index, &[("uri", Some(uri))])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// .gltf → .glb: image files become buffer views.
+    fn pack_images(&mut self) -> Result<(), SceneError> {
+        let mut views = HashMap::new();
+        for (index, image) in self.scene.outline.images.iter().enumerate() {
+            let Some(uri) = &image.uri else { continue };
+            let Some(resource) = Resource::new(uri)? else { continue };
+            let mime = image.mime_type.clone().or_else(|| mime(&resource.path).map(Into::into));
+            let mime = mime.ok_or_else(|| {
+                let reason = format!("{uri:?} has no mimeType, and its ending tells none");
+                SceneError::Invalid(format!("images[{index}]"), reason)
+            })?;
+            let view = match views.get(&resource.path) {
+                Some(view) => *view,
+                None => {
+                    let bytes = self.read(&resource)?;
+                    self.draft.embed(bytes)?
+                }
+            };
+            views.insert(resource.path, view);
+            let members = [
+                ("uri", None),
+                ("mimeType", Some(quote(&mime))),
+                ("bufferView", Some(view.to_string())),
+            ];
+            self.edit_member("images", index, &members)?;
+        }
+        Ok(())
+    }
+
+    fn read(&self, resource: &Resource) -> Result<Bytes, SceneError> {
+        let folder = self.scene.folder().unwrap_or(Path::new("."));
+        Ok(Bytes::file(&resource.locate(folder)?)?)
+    }
+
+    fn edit_member(
+        &mut self,
+        key: &str,
+        index: usize,
+        members: &[(&str, Option<String>)],
+    ) -> Result<(), SceneError> {
+        self.draft.edit_item(key, index, |raw| {
+            let mut object = Pieces::object(raw)?;
+            for (name, value) in members {
+                match value {
+                    Some(value) => object.set(name, value.clone()),
+                    None => drop(object.remove(name)),
+                }
+            }
+            Ok(object.to_text())
+        })
+    }
+
+    fn assign(&mut self, assigned: &[(SlotId, &Replacement)]) -> Result<(), SceneError> {
+        for (slot, replacement) in assigned {
+            let textures: Vec<_> =
+                replacement.textures.iter().map(|t| self.attach(t)).collect::<Result<_, _>>()?;
+            match slot {
+                SlotId::Material(index) => {
+                    let change = |raw: &str| material::replace(raw, replacement, textures);
+                    self.draft.edit_item("materials", *index, change)?;
+                }
+                SlotId::Unassigned => {
+                    let material = material::replace("{}", replacement, textures)?;
+                    let index = self.draft.append("materials", material)?;
+                    self.assign_bare_primitives(index)?;
+                }
+            }
+            let extensions = [
+                Some(EXTENSION),
+                replacement.specular.map(|_| SPECULAR),
+                replacement.clearcoat.map(|_| CLEARCOAT),
+            ];
+            let extensions: Vec<_> = extensions.into_iter().flatten().collect();
+            self.draft.declare(&extensions)?;
+        }
+        Ok(())
+    }
+
+    /// Primitives without a material get the one at `index`.
+    fn assign_bare_primitives(&mut self, index: usize) -> Result<(), SceneError> {
+        for (at, mesh) in self.scene.outline.meshes.iter().enumerate() {
+            let bare = |i: &usize| mesh.primitives[*i].material.is_none();
+            let bare: Vec<usize> = (0..mesh.primitives.len()).filter(bare).collect();
+            if bare.is_empty() {
+                continue;
+            }
+            self.draft.edit_item("meshes", at, |raw| {
+                let mut mesh = Pieces::object(raw)?;
+                let raw = mesh.get("primitives").unwrap_or("[]").to_owned();
+                let mut primitives = Pieces::array(&raw)?;
+                for i in bare {
+                    let raw = primitives.values().nth(i).unwrap_or("{}").to_owned();
+                    let mut primitive = Pieces::object(&raw)?;
+                    primitive.set("material", index.to_string());
+                    primitives.replace(i, primitive.to_text());
+                }
+                mesh.set("primitives", primitives.to_text());
+                Ok(mesh.to_text())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The extension's entry for a texture whose bytes are stored with the scene, once.
+    fn attach(&mut self, texture: &Attachment) -> Result<Value, SceneError> {
+        let bytes = Arc::as_ptr(&texture.bytes).cast::<u8>();
+        let place = match self.stored.get(&bytes) {
+            Some(place) => place.clone(),
+            None => self.store(texture)?,
+        };
+        self.stored.insert(bytes, place.clone());
+        let mut entry = texture.entry.clone();
+        entry.extend(place.as_object().cloned().unwrap_or_default());
+        Ok(Value::Object(entry))
+    }
+
+    fn store(&mut self, texture: &Attachment) -> Result<Value, SceneError> {
+        let bytes = Bytes::Memory(texture.bytes.clone());
+        match self.container {
+            Container::Glb => {
+                let view = self.draft.embed(bytes)?;
+                Ok(json!({"bufferView": view, "mimeType": texture.mime}))
+            }
+            Container::Gltf => {
+                let name = self.name(&texture.file_name);
+                let path = self.folder.join(&name);
+                self.files.push(OutputFile { path, pieces: vec![bytes] });
+                Ok(json!({"uri": percent_encode(&name)}))
+            }
+        }
+    }
+
+    /// A free file name beside the target: its stem, a number where that is taken, `ending`.
+    fn name(&mut self, ending: &str) -> String {
+        let names = std::iter::once(format!("{}.{ending}", self.stem))
+            .chain((2..).map(|n| format!("{}-{n}.{ending}", self.stem)));
+        let mut free = names.filter(|name| !self.names.contains(Path::new(name)));
+        let name = free.next().expect("the numbers do not end");
+        self.names.insert(PathBuf::from(&name));
+        name
+    }
+
+    fn finish(mut self, target: &Path) -> Result<Export, SceneError> {
+        let (text, bin) = self.draft.finish()?;
+        let pieces = match self.container {
+            Container::Glb => glb::assemble(text, bin, self.scene.rest.clone())?,
+            Container::Gltf => vec![text.into_bytes().into()],
+        };
+        self.files.insert(0, OutputFile { path: target.to_owned(), pieces });
+        Ok(Export { files: self.files, warnings: self.warnings })
+    }
+}
+
+fn mime(path: &Path) -> Option<&'static str> {
+    let ending = path.extension().and_then(OsStr::to_str)?.to_ascii_lowercase();
+    Some(match &*ending {
+        "png" => "image/png",
+        "jpg" | "jpeg" => "image/jpeg",
+        "webp" => "image/webp",
+        "avif" => "image/avif",
+        "ktx2" => "image/ktx2",
+        "dds" => "image/vnd-ms.dds",
+        _ => return None,
+    })
+}
+
+fn decode_data_uri(uri: &str) -> Result<Bytes, SceneError> {
+    let content = uri.split_once(";base64,").map(|(_, content)| content);
+    let bytes = content.and_then(|content| BASE64_STANDARD.decode(content).ok());
+    let invalid = || SceneError::Invalid("buffers[0].uri".into(), "is no base64 data URI".into());
+    Ok(bytes.ok_or_else(invalid)?.into())
+}
+
+impl OutputFile {
+    /// Writes the file under a temporary name and renames it when it is complete. Folders are
+    /// made as needed.
+    ///
+    /// # Errors
+    /// What the file system refuses.
+    pub fn save(&self) -> Result<(), SceneError> {
+        let folder = self.path.parent().filter(|folder| *folder != Path::new(""));
+        let folder = folder.unwrap_or(Path::new("."));
+        std::fs::create_dir_all(folder)?;
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        for piece in &self.pieces {
+            piece.write_to(file.as_file_mut())?;
+        }
+        file.persist(&self.path).map_err(|error| error.error)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,104 @@
+//! One glTF material is replaced: what describes its reflection goes, the rest stays.
+
+use serde_json::{Map, Value, json};
+
+use super::{
+    Replacement,
+    text::{Pieces, quote},
+};
+
+/// The extension that carries the SGD parameters and textures.
+pub const EXTENSION: &str = "SGD_materials_shifted_gamma";
+pub(super) const SPECULAR: &str = "KHR_materials_specular";
+pub(super) const CLEARCOAT: &str = "KHR_materials_clearcoat";
+
+/// Material extensions that describe reflection or transmission themselves: beside the fit they
+/// would bend it, so they are taken out. `KHR_materials_ior` is among them because the fit's F0 is
+/// meant at the default index 1.5. Emission, levels of detail and all unknown extensions stay.
+pub(super) const REFLECTION: [&str; 14] = [
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_subsurface",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    EXTENSION,
+];
+
+/// The text of the material `raw` with `replacement` in it; `textures` are the extension's entries.
+pub(super) fn replace(
+    raw: &str,
+    replacement: &Replacement,
+    textures: Vec<Value>,
+) -> serde_json::Result<String> {
+    let mut material = Pieces::object(raw)?;
+    if material.get("name").is_none() {
+        material.set("name", quote(&replacement.name));
+    }
+    let reflection = metallic_roughness(material.get("pbrMetallicRoughness"), replacement)?;
+    material.set("pbrMetallicRoughness", reflection);
+    let extensions = extensions(material.get("extensions"), replacement, textures)?;
+    material.set("extensions", extensions);
+    if let Some(extras) = extras(material.get("extras"), replacement)? {
+        material.set("extras", extras);
+    }
+    Ok(material.to_text())
+}
+
+/// Base colour, metallic and roughness from the fit; alpha stays.
+fn metallic_roughness(raw: Option<&str>, fit: &Replacement) -> serde_json::Result<String> {
+    let mut reflection = Pieces::object(raw.unwrap_or("{}"))?;
+    let alpha = match reflection.get("baseColorFactor") {
+        Some(factor) => Pieces::array(factor)?.values().nth(3).map(str::to_owned),
+        None => None,
+    };
+    let [r, g, b] = fit.base_color;
+    let alpha = alpha.as_deref().unwrap_or("1");
+    reflection.set("baseColorFactor", format!("[{r:?},{g:?},{b:?},{alpha}]"));
+    reflection.set("metallicFactor", json!(fit.metallic).to_string());
+    reflection.set("roughnessFactor", json!(fit.roughness).to_string());
+    reflection.remove("baseColorTexture");
+    reflection.remove("metallicRoughnessTexture");
+    Ok(reflection.to_text())
+}
+
+fn extensions(
+    raw: Option<&str>,
+    fit: &Replacement,
+    textures: Vec<Value>,
+) -> serde_json::Result<String> {
+    let mut extensions = Pieces::object(raw.unwrap_or("{}"))?;
+    for name in REFLECTION {
+        extensions.remove(name);
+    }
+    if let Some(specular) = fit.specular {
+        let body = json!({"specularFactor": specular.factor, "specularColorFactor": specular.color});
+        extensions.set(SPECULAR, body.to_string());
+    }
+    if let Some(coat) = fit.clearcoat {
+        let body = json!({"clearcoatFactor": coat.factor, "clearcoatRoughnessFactor": coat.roughness});
+        extensions.set(CLEARCOAT, body.to_string());
+    }
+    let mut body: Map<String, Value> = fit.extension.clone();
+    body.insert("textures".into(), Value::Array(textures));
+    extensions.set(EXTENSION, Value::Object(body).to_string());
+    Ok(extensions.to_text())
+}
+
+/// `extras` with `sgd` in it; `None` where `extras` is no object and so has no room.
+fn extras(raw: Option<&str>, fit: &Replacement) -> serde_json::Result<Option<String>> {
+    let raw = raw.unwrap_or("{}");
+    if !raw.starts_with('{') {
+        return Ok(None);
+    }
+    let mut extras = Pieces::object(raw)?;
+    extras.set("sgd", fit.extras.to_string());
+    Ok(Some(extras.to_text()))
+}

@@ -1,0 +1,144 @@
+//! Scenes in and out: glTF and GLB without loss, OBJ as glTF.
+//!
+//! A glTF document is kept as text and edited as text; buffers are passed on byte for byte. So
+//! everything that is not an assigned material comes out as it came in: unknown extensions,
+//! extras, key order, number spelling, compressed geometry, images.
+//!
+//! # What an assignment changes
+//!
+//! * In the material: `pbrMetallicRoughness` takes the fit's base colour (alpha stays), metallic
+//!   and roughness, and loses its two textures; extensions that describe reflection or
+//!   transmission go (KHR_materials_ior, _sheen, _transmission, …); KHR_materials_specular,
+//!   KHR_materials_clearcoat and [`EXTENSION`] come; `extras.sgd` is set. The name, the normal,
+//!   occlusion and emissive textures, `alphaMode`, `doubleSided`, unknown extensions and other
+//!   extras stay.
+//! * In the document: `extensionsUsed`, and in a .glb the buffer views of the lookup textures, whose
+//!   bytes follow those of the BIN chunk.
+
+mod ball;
+mod build;
+mod bytes;
+mod container;
+mod draft;
+mod error;
+mod export;
+mod glb;
+mod material;
+mod outline;
+mod replacement;
+mod resource;
+mod slot;
+mod text;
+
+use std::{
+    ffi::OsStr,
+    fs,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+pub use bytes::Bytes;
+pub use container::Container;
+pub use error::SceneError;
+pub use export::{Export, OutputFile};
+pub use material::EXTENSION;
+pub use replacement::{Attachment, Clearcoat, Replacement, Specular};
+pub use slot::{Pattern, Slot, SlotId, resolve};
+
+use glb::Glb;
+use outline::Outline;
+use resource::Resource;
+
+/// A scene as a glTF document.
+#[derive(Debug)]
+pub struct Scene {
+    /// The JSON text, character for character.
+    text: String,
+    outline: Outline,
+    source: Source,
+    /// The content of the first buffer where it has no address of its own.
+    bin: Option<Bytes>,
+    /// .glb chunks after BIN, with their headers.
+    rest: Option<Bytes>,
+    /// What a reader should know about the input.
+    warnings: Vec<String>,
+}
+
+/// Where a scene came from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Source {
+    /// A .glb or .gltf in this folder.
+    File(Container, PathBuf),
+    /// Made here; images lie in the folder, where there is one.
+    Built(Option<PathBuf>),
+}
+
+impl Scene {
+    /// Opens a .obj, .gltf or .glb. Buffers and images stay on disk until they are written.
+    ///
+    /// # Errors
+    /// Files that cannot be read or are not valid, and addresses that leave the scene's folder.
+    pub fn open(path: &Path) -> Result<Self, SceneError> {
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let folder = if folder == Path::new("") { PathBuf::from(".") } else { folder };
+        let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
+        let mut start = Vec::new();
+        fs::File::open(path)?.take(4).read_to_end(&mut start)?;
+        match &*ending {
+            _ if Glb::is_glb(&start) => {
+                let Glb { json, bin, rest } = Glb::open(path)?;
+                Self::new(json, bin, rest, Source::File(Container::Glb, folder))
+            }
+            "glb" => Err(SceneError::Glb("the file does not start with glTF".into())),
+            "gltf" => {
+                let text = String::from_utf8(fs::read(path)?).map_err(|_| SceneError::Utf8)?;
+                Self::new(text, None, None, Source::File(Container::Gltf, folder))
+            }
+            _ => Err(SceneError::Kind(path.display().to_string())),
+        }
+    }
+
+    fn new(
+        text: String,
+        bin: Option<Bytes>,
+        rest: Option<Bytes>,
+        source: Source,
+    ) -> Result<Self, SceneError> {
+        let outline = Outline::read(&text)?;
+        let scene = Scene { text, outline, source, bin, rest, warnings: Vec::new() };
+        scene.resources()?;
+        Ok(scene)
+    }
+
+    /// The material slots, in the order of the materials; primitives without one come last.
+    pub fn slots(&self) -> Vec<Slot> {
+        slot::slots(&self.outline)
+    }
+
+    /// What was odd about the input but no error.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// The files that the document names, each once.
+    fn resources(&self) -> Result<Vec<Resource>, SceneError> {
+        let buffers = self.outline.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+        let images = self.outline.images.iter().filter_map(|image| image.uri.as_deref());
+        let mut resources: Vec<Resource> = Vec::new();
+        for uri in buffers.chain(images) {
+            if let Some(resource) = Resource::new(uri)?
+                && !resources.contains(&resource)
+            {
+                resources.push(resource);
+            }
+        }
+        Ok(resources)
+    }
+
+    fn folder(&self) -> Option<&Path> {
+        match &self.source {
+            Source::File(_, folder) => Some(folder),
+            Source::Built(folder) => folder.as_deref(),
+        }
+    }
+}

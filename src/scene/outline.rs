@@ -1,0 +1,198 @@
+//! The parts of a glTF document that this crate reads; everything else is only passed on.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Deserializer};
+
+/// A document's arrays, with the few members that are looked at.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Outline {
+    pub buffers: Vec<Buffer>,
+    pub buffer_views: Vec<BufferView>,
+    pub accessors: Vec<Accessor>,
+    pub images: Vec<Image>,
+    pub textures: Vec<Texture>,
+    pub samplers: Vec<Named>,
+    pub materials: Vec<Named>,
+    pub meshes: Vec<Mesh>,
+    pub nodes: Vec<Node>,
+    pub scenes: Vec<Scene>,
+    pub scene: Option<Index>,
+    pub skins: Vec<Skin>,
+    pub cameras: Vec<Named>,
+    pub animations: Vec<Animation>,
+}
+
+/// A whole number ≥ 0, however it is spelled: `3`, `3.0`, `3e0`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(super) struct Index(pub u64);
+
+impl<'de> Deserialize<'de> for Index {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let number = serde_json::Number::deserialize(deserializer)?;
+        let whole = |value: &f64| *value >= 0.0 && value.fract() == 0.0 && *value < 2f64.powi(53);
+        number
+            .as_u64()
+            .or_else(|| number.as_f64().filter(whole).map(|value| value as u64))
+            .map(Index)
+            .ok_or_else(|| serde::de::Error::custom(format!("{number} is no index or count")))
+    }
+}
+
+/// An object of which at most the name matters.
+#[derive(Debug, Deserialize)]
+pub(super) struct Named {
+    pub name: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub uri: Option<String>,
+    pub byte_length: Index,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct BufferView {
+    pub buffer: Index,
+    #[serde(default)]
+    pub byte_offset: Index,
+    pub byte_length: Index,
+    pub byte_stride: Option<Index>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Accessor {
+    pub buffer_view: Option<Index>,
+    #[serde(default)]
+    pub byte_offset: Index,
+    pub component_type: Index,
+    pub count: Index,
+    #[serde(rename = "type")]
+    pub kind: String,
+    pub sparse: Option<Sparse>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Sparse {
+    pub count: Index,
+    pub indices: SparseView,
+    pub values: SparseView,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseView {
+    pub buffer_view: Index,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Image {
+    pub uri: Option<String>,
+    pub buffer_view: Option<Index>,
+    pub mime_type: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Texture {
+    pub sampler: Option<Index>,
+    pub source: Option<Index>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Mesh {
+    pub name: Option<String>,
+    pub primitives: Vec<Primitive>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Primitive {
+    #[serde(default)]
+    pub attributes: BTreeMap<String, Index>,
+    pub indices: Option<Index>,
+    pub material: Option<Index>,
+    pub mode: Option<Index>,
+    #[serde(default)]
+    pub targets: Vec<BTreeMap<String, Index>>,
+    #[serde(default)]
+    pub extensions: PrimitiveExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_materials_variants")]
+    pub variants: Option<Variants>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Variants {
+    #[serde(default)]
+    pub mappings: Vec<Mapping>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Mapping {
+    pub material: Index,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Node {
+    #[serde(default)]
+    pub children: Vec<Index>,
+    pub mesh: Option<Index>,
+    pub skin: Option<Index>,
+    pub camera: Option<Index>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Scene {
+    #[serde(default)]
+    pub nodes: Vec<Index>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    #[serde(default)]
+    pub joints: Vec<Index>,
+    pub inverse_bind_matrices: Option<Index>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Animation {
+    #[serde(default)]
+    pub samplers: Vec<AnimationSampler>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct AnimationSampler {
+    pub input: Index,
+    pub output: Index,
+}
+
+impl Outline {
+    /// Reads the arrays of a document.
+    ///
+    /// # Errors
+    /// Text that is not JSON, and members of the wrong type.
+    pub fn read(text: &str) -> serde_json::Result<Self> {
+        serde_json::from_str(text)
+    }
+
+    /// Triangles that a primitive draws; points and lines draw none.
+    pub fn triangles(&self, primitive: &Primitive) -> u64 {
+        let accessor = primitive.indices.or_else(|| primitive.attributes.get("POSITION").copied());
+        let count = accessor
+            .and_then(|Index(index)| self.accessors.get(usize::try_from(index).ok()?))
+            .map_or(0, |accessor| accessor.count.0);
+        match primitive.mode.map_or(4, |mode| mode.0) {
+            4 => count / 3,
+            5 | 6 => count.saturating_sub(2),
+            _ => 0,
+        }
+    }
+}

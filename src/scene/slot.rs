@@ -1,0 +1,207 @@
+//! Material slots, and which material goes to which.
+
+use std::{convert::Infallible, str::FromStr};
+
+use globset::{Glob, GlobMatcher};
+
+use super::{SceneError, outline::Outline};
+
+/// Where a material is used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SlotId {
+    /// The material at this index.
+    Material(usize),
+    /// The primitives without a material.
+    Unassigned,
+}
+
+/// One material of a scene and what shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slot {
+    /// Its place.
+    pub id: SlotId,
+    /// Its name, where it has one.
+    pub name: Option<String>,
+    /// Names of the meshes that use it; `#index` for a mesh without a name.
+    pub meshes: Vec<String>,
+    /// Primitives that use it.
+    pub primitives: usize,
+    /// Triangles that use it.
+    pub triangles: u64,
+    /// Whether a primitive or a variant of one uses it.
+    pub used: bool,
+}
+
+impl Slot {
+    /// The name, `#index` without one, `(none)` for primitives without a material.
+    pub fn label(&self) -> String {
+        match (self.id, &self.name) {
+            (SlotId::Unassigned, _) => "(none)".into(),
+            (_, Some(name)) => name.clone(),
+            (SlotId::Material(index), None) => format!("#{index}"),
+        }
+    }
+}
+
+/// The slots of a document, in the order of its materials, `(none)` last.
+pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
+    let slot = |id, name| Slot {
+        id,
+        name,
+        meshes: Vec::new(),
+        primitives: 0,
+        triangles: 0,
+        used: false,
+    };
+    let materials = outline.materials.iter().enumerate();
+    let mut slots: Vec<_> =
+        materials.map(|(i, material)| slot(SlotId::Material(i), material.name.clone())).collect();
+    let mut none = slot(SlotId::Unassigned, None);
+    for (index, mesh) in outline.meshes.iter().enumerate() {
+        let name = mesh.name.clone().unwrap_or_else(|| format!("#{index}"));
+        for primitive in &mesh.primitives {
+            let mappings = primitive.extensions.variants.iter().flat_map(|v| &v.mappings);
+            for mapping in mappings {
+                if let Some(slot) = slots.get_mut(mapping.material.0 as usize) {
+                    slot.used = true;
+                }
+            }
+            let slot = match primitive.material {
+                Some(material) => slots.get_mut(material.0 as usize),
+                None => Some(&mut none),
+            };
+            let Some(slot) = slot else { continue };
+            slot.used = true;
+            slot.primitives += 1;
+            slot.triangles += outline.triangles(primitive);
+            if slot.meshes.last() != Some(&name) {
+                slot.meshes.push(name.clone());
+            }
+        }
+    }
+    slots.extend(none.used.then_some(none));
+    slots
+}
+
+/// Which slots an assignment means.
+#[derive(Debug, Clone)]
+pub enum Pattern {
+    /// `*`: every slot.
+    All,
+    /// `(none)`: the primitives without a material.
+    Unassigned,
+    /// `#3`: the material at an index.
+    Index(usize),
+    /// A material name, or a glob over names where it is one.
+    Name(String, Option<GlobMatcher>),
+}
+
+impl FromStr for Pattern {
+    type Err = Infallible;
+
+    /// Cannot fail: what is no glob is a name.
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        let index = text.strip_prefix('#').and_then(|digits| digits.parse().ok());
+        Ok(match (text, index) {
+            ("*", _) => Pattern::All,
+            ("(none)", _) => Pattern::Unassigned,
+            (_, Some(index)) => Pattern::Index(index),
+            _ => {
+                let glob = Glob::new(text).ok().map(|glob| glob.compile_matcher());
+                Pattern::Name(text.to_owned(), glob)
+            }
+        })
+    }
+}
+
+impl Pattern {
+    /// How closely the pattern names the slot: 3 its place, 2 its name, 1 a glob, 0 `*`.
+    fn closeness(&self, slot: &Slot) -> Option<u8> {
+        match (self, slot.id, &slot.name) {
+            (Pattern::All, ..) => Some(0),
+            (Pattern::Unassigned, SlotId::Unassigned, _) => Some(3),
+            (Pattern::Index(index), SlotId::Material(i), _) if *index == i => Some(3),
+            (Pattern::Name(name, _), _, Some(slot)) if name == slot => Some(2),
+            (Pattern::Name(_, Some(glob)), _, Some(slot)) if glob.is_match(slot) => Some(1),
+            _ => None,
+        }
+    }
+
+    fn text(&self) -> String {
+        match self {
+            Pattern::All => "*".into(),
+            Pattern::Unassigned => "(none)".into(),
+            Pattern::Index(index) => format!("#{index}"),
+            Pattern::Name(name, _) => name.clone(),
+        }
+    }
+}
+
+/// For each slot the value assigned to it: the closest pattern wins (place, then name, then glob,
+/// then `*`), of equally close ones the last.
+///
+/// # Errors
+/// [`SceneError::NoSlot`] for a pattern that matches no slot.
+pub fn resolve<'a, T>(
+    slots: &[Slot],
+    assignments: &'a [(Pattern, T)],
+) -> Result<Vec<Option<&'a T>>, SceneError> {
+    for (pattern, _) in assignments {
+        if !slots.iter().any(|slot| pattern.closeness(slot).is_some()) {
+            return Err(SceneError::NoSlot {
+                pattern: pattern.text(),
+                slots: slots.iter().map(Slot::label).collect(),
+            });
+        }
+    }
+    let closest = |slot| {
+        let matches = assignments.iter().filter_map(|(pattern, value)| {
+            pattern.closeness(slot).map(|closeness| (closeness, value))
+        });
+        matches.max_by_key(|(closeness, _)| *closeness).map(|(_, value)| value)
+    };
+    Ok(slots.iter().map(closest).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slot(index: usize, name: Option<&str>) -> Slot {
+        Slot {
+            id: SlotId::Material(index),
+            name: name.map(Into::into),
+            meshes: vec![],
+            primitives: 1,
+            triangles: 1,
+            used: true,
+        }
+    }
+
+    fn assigned(patterns: &[&str]) -> Result<Vec<Option<usize>>, SceneError> {
+        let none = Slot { id: SlotId::Unassigned, ..slot(0, None) };
+        let slots =
+            [slot(0, Some("Body")), slot(1, Some("Body red")), slot(2, None), slot(3, Some("[x]")), none];
+        let assignments: Vec<_> =
+            patterns.iter().enumerate().map(|(i, text)| (text.parse().unwrap(), i)).collect();
+        Ok(resolve(&slots, &assignments)?.into_iter().map(|value| value.copied()).collect())
+    }
+
+    #[test]
+    fn the_closest_pattern_wins_then_the_last() {
+        assert_eq!(assigned(&["*"]).unwrap(), [Some(0); 5]);
+        let mixed = assigned(&["#0", "Body", "Body*", "*", "Body red", "(none)", "[x]"]).unwrap();
+        assert_eq!(mixed, [Some(0), Some(4), Some(3), Some(6), Some(5)]);
+        assert_eq!(assigned(&["Body", "Body"]).unwrap(), [Some(1), None, None, None, None]);
+    }
+
+    #[test]
+    fn a_pattern_without_a_slot_is_an_error_that_lists_them() {
+        let message = assigned(&["Bodi"]).unwrap_err().to_string();
+        assert_eq!(
+            message,
+            r#"no material slot matches "Bodi"; the scene has Body, Body red, #2, [x], (none)"#
+        );
+        assert!(assigned(&["#7"]).is_err());
+    }
+}
