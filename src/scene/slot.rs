@@ -15,6 +15,16 @@ pub enum SlotId {
     Unassigned,
 }
 
+impl SlotId {
+    /// The material's index.
+    pub fn index(self) -> Option<usize> {
+        match self {
+            SlotId::Material(index) => Some(index),
+            SlotId::Unassigned => None,
+        }
+    }
+}
+
 /// One material of a scene and what shows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slot {
