@@ -22,4 +22,5 @@ pub mod cli;
 pub mod material;
 pub mod math;
 pub mod microfacet;
+pub mod preview;
 pub mod scene;

@@ -1,0 +1,175 @@
+//! An image in linear RGB with coverage, its files, and the difference to another image.
+
+use std::io::Cursor;
+
+use image::{ExtendedColorType, ImageEncoder as _};
+
+use crate::preview::colour::{delta_e2000, to_srgb8};
+
+/// A square linear RGB image, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Width and height in pixels.
+    pub size: usize,
+    /// The pixels, `size` a row.
+    pub pixels: Vec<Pixel>,
+}
+
+/// What a pixel saw.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pixel {
+    /// Radiance of the covered part, not multiplied by the coverage.
+    pub rgb: [f64; 3],
+    /// The share of the pixel that the object covers, 0 to 1.
+    pub alpha: f64,
+}
+
+/// An image could not be encoded.
+#[derive(Debug, thiserror::Error)]
+pub enum FilmError {
+    /// PNG.
+    #[error("cannot encode the PNG: {0}")]
+    Png(#[from] image::ImageError),
+    /// EXR.
+    #[error("cannot encode the EXR: {0}")]
+    Exr(#[from] exr::error::Error),
+}
+
+/// ΔE2000 of two images over the pixels that the object covers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeltaE {
+    /// Mean over the covered pixels.
+    pub mean: f64,
+    /// Largest of the covered pixels.
+    pub max: f64,
+    /// Per pixel; `None` off the object.
+    pub map: Vec<Option<f64>>,
+}
+
+impl Film {
+    /// Tone-mapped 8-bit sRGB with alpha, as PNG bytes; the text chunk names the generator.
+    ///
+    /// # Errors
+    ///
+    /// The encoder refuses the size.
+    pub fn to_png(&self) -> Result<Vec<u8>, FilmError> {
+        let rgba: Vec<u8> = self.pixels.iter().flat_map(|p| png_pixel(*p)).collect();
+        encode_png(&rgba, self.size)
+    }
+
+    /// Linear radiance times coverage, and coverage, as EXR bytes (32-bit float, ZIP).
+    ///
+    /// # Errors
+    ///
+    /// The encoder refuses the size.
+    pub fn to_exr(&self) -> Result<Vec<u8>, FilmError> {
+        use exr::prelude::{Image, SpecificChannels, Text, WritableImage as _};
+        let pixel = |at: exr::math::Vec2<usize>| {
+            let Pixel { rgb, alpha } = self.pixels[at.y() * self.size + at.x()];
+            let [r, g, b] = rgb.map(|c| (c * alpha) as f32);
+            (r, g, b, alpha as f32)
+        };
+        let mut image = Image::from_channels((self.size, self.size), SpecificChannels::rgba(pixel));
+        image.layer_data.attributes.software_name = Text::new_or_none(GENERATOR);
+        image.layer_data.encoding.compression = exr::compression::Compression::ZIP16;
+        let mut bytes = Cursor::new(Vec::new());
+        image.write().non_parallel().to_buffered(&mut bytes)?;
+        Ok(bytes.into_inner())
+    }
+
+    /// ΔE2000 against another image of the same view.
+    #[must_use]
+    pub fn delta_e(&self, other: &Self) -> DeltaE {
+        let difference = |(a, b): (&Pixel, &Pixel)| {
+            (a.alpha > 0.0 && b.alpha > 0.0).then(|| delta_e2000(a.rgb, b.rgb))
+        };
+        let map: Vec<Option<f64>> =
+            self.pixels.iter().zip(&other.pixels).map(difference).collect();
+        let covered = map.iter().flatten();
+        DeltaE {
+            mean: covered.clone().sum::<f64>() / covered.clone().count().max(1) as f64,
+            max: covered.copied().fold(0.0, f64::max),
+            map,
+        }
+    }
+}
+
+/// The mark of this tool in the images it writes.
+const GENERATOR: &str = concat!("sgdbake ", env!("CARGO_PKG_VERSION"));
+
+fn png_pixel(pixel: Pixel) -> [u8; 4] {
+    let [r, g, b] = to_srgb8(pixel.rgb);
+    [r, g, b, (pixel.alpha * 255.0).round() as u8]
+}
+
+/// A square RGBA image as PNG bytes.
+///
+/// # Errors
+///
+/// The encoder refuses the size.
+pub fn encode_png(rgba: &[u8], size: usize) -> Result<Vec<u8>, FilmError> {
+    let mut bytes = Vec::new();
+    let side = size as u32;
+    image::codecs::png::PngEncoder::new(&mut bytes).write_image(
+        rgba,
+        side,
+        side,
+        ExtendedColorType::Rgba8,
+    )?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn film(rgb: [f64; 3]) -> Film {
+        let mut pixels = vec![Pixel { rgb, alpha: 1.0 }; 16];
+        pixels[3] = Pixel::default();
+        Film { size: 4, pixels }
+    }
+
+    #[test]
+    fn off_the_object_nothing_differs() {
+        let difference = film([0.2; 3]).delta_e(&film([0.3; 3]));
+        assert_eq!(difference.map.iter().flatten().count(), 15);
+        assert!((difference.mean - difference.max).abs() < 1e-12 && difference.max > 1.0);
+        assert_eq!(film([0.2; 3]).delta_e(&film([0.2; 3])).max, 0.0);
+    }
+
+    #[test]
+    fn the_exr_reads_back_what_was_seen() {
+        let bytes = film([0.25, 7.0, 0.5]).to_exr().expect("encodes");
+        let decoder = image_from_exr(&bytes);
+        assert_eq!(decoder[0], [0.25, 7.0, 0.5, 1.0]);
+        assert_eq!(decoder[3], [0.0; 4]);
+        assert!(bytes.windows(8).any(|window| window == b"sgdbake "));
+    }
+
+    fn image_from_exr(bytes: &[u8]) -> Vec<[f32; 4]> {
+        use exr::prelude::{ReadChannels as _, ReadLayers as _, read};
+        let image = read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgba_channels(
+                |size, _| (size.width(), vec![[0.0; 4]; size.area()]),
+                |(width, pixels): &mut (usize, Vec<[f32; 4]>), at, (r, g, b, a): (f32, f32, f32, f32)| {
+                    pixels[at.y() * *width + at.x()] = [r, g, b, a];
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))
+            .expect("reads back");
+        image.layer_data.channel_data.pixels.1
+    }
+
+    #[test]
+    fn the_png_has_the_tone_mapped_colour() {
+        let bytes = film([0.25, 7.0, 0.5]).to_png().expect("encodes");
+        let decoded = image::load_from_memory(&bytes).expect("reads back").to_rgba8();
+        let [r, g, b] = to_srgb8([0.25, 7.0, 0.5]);
+        assert_eq!(decoded.get_pixel(0, 0).0, [r, g, b, 255]);
+        assert_eq!(decoded.get_pixel(3, 0).0[3], 0);
+    }
+}
