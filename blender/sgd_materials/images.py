@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lookup textures as Blender images, and back to the bytes they came from."""
+
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+import bpy
+
+from .manifest import FormatError
+
+SUFFIX = {"exr": ".exr", "png": ".png"}
+
+
+def load(texture):
+    """The image of a texture; equal bytes give one image, whatever the material."""
+    data = texture.data if texture.file is None else texture.file.read_bytes()
+    name = f"SGD {texture.quantity} {hashlib.sha256(data).hexdigest()[:8]}"
+    image = bpy.data.images.get(name) or _new(texture, data, name)
+    size = texture.entry["size"][:2]
+    if list(image.size) != size:
+        raise FormatError(f"texture {texture.quantity}: the picture is {image.size[0]} x {image.size[1]}, "
+                          f"its description says {size[0]} x {size[1]}")
+    return image
+
+
+def image_bytes(image):
+    """The file that the image was loaded from, byte for byte."""
+    if image.packed_file:
+        return image.packed_file.data
+    return Path(bpy.path.abspath(image.filepath)).read_bytes()
+
+
+def _new(texture, data, name):
+    image = bpy.data.images.load(str(texture.file)) if texture.file else _packed(texture, data)
+    image.name = name
+    image.colorspace_settings.name = "Non-Color"
+    image.alpha_mode = "NONE"
+    return image
+
+
+def _packed(texture, data):
+    """Blender loads images from files alone: through a file that is packed, then removed."""
+    suffix = SUFFIX.get(texture.entry.get("format"))
+    if suffix is None:
+        raise FormatError(f"texture {texture.quantity}: format is {texture.entry.get('format')!r}; "
+                          f"Blender reads {', '.join(SUFFIX)}")
+    handle, path = tempfile.mkstemp(suffix)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+        image = bpy.data.images.load(path)
+        image.pack()
+        return image
+    finally:
+        os.unlink(path)

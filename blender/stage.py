@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bare stage in Blender: the extension, an object, a camera, light, and Cycles that measures.
+
+Works in the bpy module and inside Blender itself.
+"""
+
+import math
+import sys
+from pathlib import Path
+
+import bpy  # first: the modules below come with it
+import addon_utils
+import numpy as np
+from mathutils import Vector
+
+HERE = Path(__file__).resolve().parent
+BACKDROP = 0.18
+
+
+def clear():
+    """An empty scene with the extension enabled."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    if str(HERE) not in sys.path:
+        sys.path.insert(0, str(HERE))
+    addon_utils.enable("sgd_materials", default_set=True)
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.device = "CPU"
+    scene.cycles.shading_system = True
+    return scene
+
+
+def ball():
+    """A unit ball at the origin, fine enough that its facets do not show."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=192, ring_count=96)
+    bpy.ops.object.shade_smooth()
+    return bpy.context.object
+
+
+def load_objects(path):
+    """The meshes of a .glb, .gltf or .blend file."""
+    before = set(bpy.data.objects)
+    if path.suffix == ".blend":
+        with bpy.data.libraries.load(str(path)) as (source, target):
+            target.objects = source.objects
+        for thing in set(bpy.data.objects) - before:
+            bpy.context.scene.collection.objects.link(thing)
+    else:
+        bpy.ops.import_scene.gltf(filepath=str(path))
+    bpy.context.view_layer.update()
+    return [thing for thing in bpy.data.objects if thing not in before and thing.type == "MESH"]
+
+
+def camera(objects, azimuth=20.0, elevation=12.0):
+    """A perspective camera that sees all of the objects. Angles in degrees, azimuth 0 from -y."""
+    corners = [thing.matrix_world @ Vector(corner) for thing in objects for corner in thing.bound_box]
+    low, high = (Vector(map(pick, zip(*corners))) for pick in (min, max))
+    centre, radius = (low + high) / 2, max((high - low).length / 2 / math.sqrt(3), 1e-6)
+    radius = max(radius, max(high - low) / 2)
+    a, e = math.radians(azimuth), math.radians(elevation)
+    back = Vector((math.sin(a) * math.cos(e), -math.cos(a) * math.cos(e), math.sin(e)))
+    eye = _camera(bpy.context.scene)
+    eye.data.type, eye.data.lens = "PERSP", 85.0
+    distance = 1.12 * radius / math.sin(eye.data.angle / 2)
+    eye.location = centre + distance * back
+    eye.data.clip_start, eye.data.clip_end = 0.01 * distance, 10 * distance
+    eye.rotation_euler = back.to_track_quat("Z", "Y").to_euler()
+    return eye
+
+
+def _camera(scene):
+    if scene.camera is None:
+        scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+        scene.collection.objects.link(scene.camera)
+    return scene.camera
+
+
+def sun(direction, strength=math.pi):
+    """A sun without size from `direction`; its strength is the irradiance on a facing surface."""
+    light = bpy.data.lights.new("Sun", "SUN")
+    light.energy, light.angle = strength, 0.0
+    thing = bpy.data.objects.new("Sun", light)
+    thing.rotation_euler = Vector(direction).to_track_quat("Z", "Y").to_euler()
+    bpy.context.scene.collection.objects.link(thing)
+    bpy.context.view_layer.update()
+    return thing
+
+
+def constant_world(radiance):
+    """The same radiance from everywhere."""
+    world = bpy.data.worlds.new("Constant")
+    if world.node_tree is None:
+        world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (radiance, radiance, radiance, 1.0)
+    bpy.context.scene.world = world
+
+
+def environment(path=None):
+    """Lights the scene by a latitude-longitude picture, or by the built-in studio."""
+    constant_world(1.0)
+    nodes = bpy.context.scene.world.node_tree.nodes
+    texture = nodes.new("ShaderNodeTexEnvironment")
+    texture.image = bpy.data.images.load(str(path)) if path else studio()
+    bpy.context.scene.world.node_tree.links.new(texture.outputs["Color"], nodes["Background"].inputs["Color"])
+
+
+def studio(width=512):
+    """A room with a key softbox, a strip light, a rim light and a pale floor, in linear RGB."""
+    height = width // 2
+    azimuth = (np.arange(width) + 0.5) / width * 360.0 - 180.0
+    elevation = (np.arange(height) + 0.5) / height * 180.0 - 90.0
+    azimuth, elevation = np.meshgrid(azimuth, elevation)
+    up = np.clip(elevation / 90.0, -1.0, 1.0)[..., None]
+    room = np.where(up > 0, 0.25 + 0.35 * up, 0.12 - 0.06 * up) * np.array([0.95, 1.0, 1.08])
+    for centre, half, radiance in (((-55, 42), (24, 18), (15.0, 14.2, 13.0)), ((62, 15), (7, 38), (5.0, 5.6, 6.6)),
+                                   ((168, 30), (20, 12), (9.0, 9.0, 9.0))):
+        inside = _soft_box(azimuth, elevation, centre, half)[..., None]
+        room = room * (1 - inside) + inside * np.array(radiance)
+    image = bpy.data.images.new("Studio", width, height, float_buffer=True)
+    image.colorspace_settings.name = "Non-Color"
+    image.pixels.foreach_set(np.dstack([room, np.ones_like(up)]).astype(np.float32).ravel())
+    image.pack()
+    return image
+
+
+def _soft_box(azimuth, elevation, centre, half, edge=3.0):
+    """1 inside a box of latitude and longitude, falling to 0 over `edge` degrees."""
+    away = np.maximum(np.abs(azimuth - centre[0]) - half[0], np.abs(elevation - centre[1]) - half[1])
+    return np.clip(1.0 - away / edge, 0.0, 1.0)
+
+
+def render(path, width, height, samples, transparent=True):
+    """Renders to linear 32-bit EXR, nothing clamped, denoised or tone-mapped: rows from the top, RGBA."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
+    scene.render.film_transparent = transparent
+    scene.view_settings.view_transform, scene.display_settings.display_device = "Raw", "sRGB"
+    settings = scene.render.image_settings
+    settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", "RGBA"
+    cycles = scene.cycles
+    cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = samples, False, False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
+    cycles.light_sampling_threshold = 0.0
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    return read(path)
+
+
+def read(path):
+    """The pixels of a picture file as height x width x 4 floats, rows from the top."""
+    image = bpy.data.images.load(str(path))
+    image.colorspace_settings.name = "Non-Color"
+    width, height = image.size
+    pixels = np.empty(width * height * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    bpy.data.images.remove(image)
+    return pixels.reshape(height, width, 4)[::-1]
+
+
+def over_backdrop(pixels):
+    """Linear RGB over the backdrop, from premultiplied RGBA."""
+    return pixels[..., :3] + (1.0 - pixels[..., 3:]) * BACKDROP
+
+
+def write_png(path, rgb):
+    """Linear RGB, rows from the top, as an 8-bit sRGB PNG."""
+    rgb = np.clip(rgb, 0.0, 1.0)
+    encoded = np.where(rgb <= 0.0031308, 12.92 * rgb, 1.055 * rgb ** (1 / 2.4) - 0.055)
+    height, width = rgb.shape[:2]
+    image = bpy.data.images.new("Picture", width, height)
+    image.pixels.foreach_set(np.dstack([encoded, np.ones((height, width))])[::-1].astype(np.float32).ravel())
+    image.file_format, image.filepath_raw = "PNG", str(path)
+    image.save()
+    bpy.data.images.remove(image)
