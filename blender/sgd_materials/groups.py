@@ -103,6 +103,7 @@ def _osl_lobe(graph, lobe):
     node.inputs["Alpha"].default_value = lobe.alpha
     for prefix, term in (("Quintic", lobe.quintic), ("Linear", lobe.linear)):
         weight = tuple(w * size for w, size in zip(lobe.weight, term.size))
-        for suffix, value in (("Weight", weight), ("F0", term.f0), ("F90", term.f90)):
-            node.inputs[prefix + suffix].default_value = (*value, 1.0)
+        node.inputs[prefix + "Weight"].default_value = (*weight, 1.0)
+        for suffix, value in (("Tint", term.tint), ("F0", term.f0), ("F90", term.f90)):
+            node.inputs[prefix + suffix].default_value = value
     return node.outputs["BSDF"]

@@ -31,7 +31,7 @@ class Lobe:
 
 def specular(description):
     """The visible lobes, widest first."""
-    quintic, linear = fresnel.split([(channel["f0"], channel["f1"]) for channel in _channels(description)])
+    quintic, linear = _terms(description)
     return [Lobe(alpha, weight, quintic, linear) for alpha, weight in _kept(description)]
 
 
@@ -52,17 +52,20 @@ def losses(description):
     narrow = [alpha for alpha in description["lobes"]["alpha"] if alpha < MIN_ALPHA]
     if narrow:
         sentences.append(f"{len(narrow)} lobes widened to Cycles' smallest width {MIN_ALPHA:g}")
-    for name, channel in description["channels"].items():
-        f0, f1 = channel["f0"], channel["f1"]
-        if fresnel.raised(f0, f1) > 0.0:
-            sentences.append(f"Fresnel of channel {name} is {f0 - f1:.3g} at normal incidence: shown as 0")
-        if fresnel.below_zero(f0, f1):
+    for name, channel, raised in zip(CHANNELS, _channels(description), _terms(description)[0].raised):
+        if raised > 0.0:
+            sentences.append(f"Fresnel of channel {name} is {-raised:.3g} at an end: shown as 0 there")
+        elif fresnel.below_zero(channel["f0"], channel["f1"]):
             sentences.append(f"Fresnel of channel {name} leaves [0, 1]: shown as published, with more noise")
     return sentences
 
 
 def _channels(description):
     return [description["channels"][name] for name in CHANNELS]
+
+
+def _terms(description):
+    return fresnel.split([(channel["f0"], channel["f1"]) for channel in _channels(description)])
 
 
 def _weighted(description):
