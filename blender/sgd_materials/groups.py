@@ -23,9 +23,10 @@ def plain_lobes(name, description, textures):
     graph = Graph(shader_group(name))
     geometry = graph.node("ShaderNodeNewGeometry")
     cos_o = graph.vector("DOT_PRODUCT", geometry.outputs["Normal"], geometry.outputs["Incoming"])
-    reflectance = _fetch(graph, textures, "fresnel", description, graph.math("MAXIMUM", cos_o, 0.0))
-    shaders = [_diffuse(graph, description)]
-    for lobe in lobes.specular(description):
+    shaders, visible = [_diffuse(graph, description)], lobes.specular(description)
+    if visible:
+        reflectance = _fetch(graph, textures, "fresnel", description, graph.math("MAXIMUM", cos_o, 0.0))
+    for lobe in visible:
         glossy = graph.node("ShaderNodeBsdfAnisotropic", distribution="BECKMANN")
         glossy.inputs["Roughness"].default_value = math.sqrt(lobe.alpha)
         graph.connect(glossy.inputs["Color"], graph.vector("MULTIPLY", reflectance, lobe.weight))
@@ -56,6 +57,9 @@ def under_a_sun(name, description, textures):
 
 def _brdf_cos(graph, description, textures, n, wi, wo, cos_i, cos_o):
     """rho_d/pi cos_i + rho_s/pi F D G1(wi) G1(wo) / cos_o, the factors from the textures."""
+    diffuse = graph.scale(_over_pi(description, "rho_d"), cos_i)
+    if description["row"] is None:
+        return diffuse
     h = graph.vector("ADD", wi, wo)
     tan2_h = _tan2(graph, n, h)
     ndf_cos4 = _fetch(graph, textures, "ndf", description, tan2_h)
@@ -66,7 +70,7 @@ def _brdf_cos(graph, description, textures, n, wi, wo, cos_i, cos_o):
     geometry = graph.math("DIVIDE", graph.math("MULTIPLY", sec2_h, sec2_h), cos_o)
     factors = graph.vector("MULTIPLY", graph.vector("MULTIPLY", f, ndf_cos4), graph.vector("MULTIPLY", *g1))
     specular = graph.vector("MULTIPLY", graph.scale(factors, geometry), _over_pi(description, "rho_s"))
-    return graph.vector("ADD", specular, graph.scale(_over_pi(description, "rho_d"), cos_i))
+    return graph.vector("ADD", specular, diffuse)
 
 
 def _tan2(graph, n, w):

@@ -8,43 +8,48 @@ INTERPOLATION = {"linear": "Linear", "nearest": "Closest"}
 
 def fetch(graph, image, entry, description, x):
     """The RGB value of a texture at the variable `x` of its first axis, in the material's row."""
+    columns, rows = entry["size"][:2]
+    row = description["row"]
+    u = _coordinate(graph, entry, row, x)
     texel = graph.node("ShaderNodeTexImage", image=image, extension="EXTEND",
                        interpolation=_known(INTERPOLATION, entry.get("filter"), "filter", entry))
-    graph.connect(texel.inputs["Vector"], _coordinate(graph, entry, description["row"], x))
+    s = graph.math("MULTIPLY_ADD", u, (columns - 1) / columns, 0.5 / columns)
+    graph.connect(texel.inputs["Vector"], graph.combine(s, 1.0 - (row + 0.5) / rows, 0.0))
     encoding = entry["encoding"]
     decode = _known(ENCODINGS, encoding.get("kind"), "encoding", entry)
-    return decode(graph, encoding, description, texel.outputs["Color"])
+    return decode(graph, encoding, description, u, texel.outputs["Color"])
 
 
 def _coordinate(graph, entry, row, x):
-    """u between texel centres; v of the row's centre, counted from the bottom."""
-    columns, rows = entry["size"][:2]
+    """u of the row: 0 at the centre of the first texel, 1 at that of the last."""
     warp = entry["axes"][0].get("warp", {})
-    u = _known(WARPS, warp.get("kind"), "warp", entry)(graph, warp, x)
-    s = graph.math("MULTIPLY_ADD", u, (columns - 1) / columns, 0.5 / columns)
-    return graph.combine(s, 1.0 - (row + 0.5) / rows, 0.0)
+    constants = {key: warp[key][row] for key in ("scale", "max") if key in warp}
+    return _known(WARPS, warp.get("kind"), "warp", entry)(graph, x, **constants)
 
 
-def _identity(graph, warp, x):
+def _identity(graph, x):
     return x
 
 
-def _log1p(graph, warp, x):
-    """ln(1 + min(x, m)/s) / ln(1 + m/s), the logarithm to the base 1 + m/s."""
-    ratio = graph.math("DIVIDE", graph.math("MINIMUM", x, warp["max"]), warp["scale"])
-    return graph.math("LOGARITHM", graph.math("ADD", ratio, 1.0), 1.0 + warp["max"] / warp["scale"])
+def _log1p(graph, x, scale, max):
+    """ln(1 + min(x, max)/scale) / ln(1 + max/scale), the logarithm to the base 1 + max/scale."""
+    ratio = graph.math("DIVIDE", graph.math("MINIMUM", x, max), scale)
+    return graph.math("LOGARITHM", graph.math("ADD", ratio, 1.0), 1.0 + max / scale)
 
 
-def _rational(graph, warp, x):
-    return graph.math("DIVIDE", x, graph.math("ADD", x, warp["scale"]))
+def _rational(graph, x, scale):
+    return graph.math("DIVIDE", x, graph.math("ADD", x, scale))
 
 
-def _plain(graph, encoding, description, texel):
+def _plain(graph, encoding, description, u, texel):
     return texel
 
 
-def _exp_times(graph, encoding, description, texel):
-    return graph.vector("MULTIPLY", graph.each_channel("EXPONENT", texel), tuple(description[encoding["factor"]]))
+def _exp_times(graph, encoding, description, u, texel):
+    exponential = graph.each_channel("EXPONENT", texel)
+    if encoding["factor"] == "u":
+        return graph.scale(exponential, u)
+    return graph.vector("MULTIPLY", exponential, tuple(description[encoding["factor"]]))
 
 
 WARPS = {"identity": _identity, "log1p": _log1p, "rational": _rational}

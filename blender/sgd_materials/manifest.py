@@ -89,14 +89,16 @@ def description(entry, where):
         "channels": channels,
         "ndf_peak": _list(entry, "ndf_peak", where),
         "lobes": lobes,
-        "row": _get(entry, "row", int, where),
+        "row": _get(entry, "row", (int, type(None)), where),
     }
 
 
 def _manifest_material(entry, textures, where):
     shared = description(entry, where)
-    rows = tuple(texture for texture in textures if shared["row"] < texture.entry["size"][1])
-    return Material(shared, rows, _get(entry, "gltf", dict, where))
+    for texture in textures:
+        if shared["row"] is not None and shared["row"] >= texture.entry["size"][1]:
+            raise FormatError(f"{where}: row is {shared['row']}; {texture.quantity} has {texture.entry['size'][1]} rows")
+    return Material(shared, tuple(textures), _get(entry, "gltf", dict, where))
 
 
 def _texture(entry, folder, where):
@@ -149,8 +151,8 @@ def _read_json(path):
 def _get(entry, key, kind, where):
     value = entry.get(key) if isinstance(entry, dict) else None
     if not isinstance(value, kind) or isinstance(value, bool):
-        expected = kind.__name__ if isinstance(kind, type) else "number"
-        raise FormatError(f"{where}: {key} is {value!r}; expected a {expected}")
+        expected = " or ".join(each.__name__ for each in (kind if isinstance(kind, tuple) else (kind,)))
+        raise FormatError(f"{where}: {key} is {value!r}; expected {expected}")
     return value
 
 
