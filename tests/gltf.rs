@@ -65,8 +65,9 @@ fn replacement() -> Replacement {
 
 /// Exports to `target` and writes the files.
 fn export(scene: &Scene, assigned: &[(SlotId, &Replacement)], target: &Path) {
+    fs::create_dir_all(target.parent().unwrap()).unwrap();
     for file in scene.export(assigned, target).unwrap().files {
-        file.save().unwrap();
+        file.write_to(&mut fs::File::create(&file.path).unwrap()).unwrap();
     }
 }
 
@@ -154,5 +155,7 @@ fn a_ball_is_a_scene() {
         export(&scene, &assigned, &target);
         assert_eq!(Scene::open(&target).unwrap().slots(), slots);
     }
-    assert!(folder.path().join("ball.bin").is_file() && folder.path().join("ball.ndf.exr").is_file());
+    assert!(
+        folder.path().join("ball.bin").is_file() && folder.path().join("ball.ndf.exr").is_file()
+    );
 }

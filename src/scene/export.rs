@@ -3,6 +3,7 @@
 use std::{
     collections::{HashMap, HashSet},
     ffi::OsStr,
+    io::{self, Write},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -322,7 +323,8 @@ impl Job<'_> {
     }
 }
 
-fn mime(path: &Path) -> Option<&'static str> {
+/// The media type that a file name's ending tells.
+pub(super) fn mime(path: &Path) -> Option<&'static str> {
     let ending = path.extension().and_then(OsStr::to_str)?.to_ascii_lowercase();
     Some(match &*ending {
         "png" => "image/png",
@@ -343,20 +345,11 @@ fn decode_data_uri(uri: &str) -> Result<Bytes, SceneError> {
 }
 
 impl OutputFile {
-    /// Writes the file under a temporary name and renames it when it is complete. Folders are
-    /// made as needed.
+    /// Writes the content to `out`.
     ///
     /// # Errors
     /// What the file system refuses.
-    pub fn save(&self) -> Result<(), SceneError> {
-        let folder = self.path.parent().filter(|folder| *folder != Path::new(""));
-        let folder = folder.unwrap_or(Path::new("."));
-        std::fs::create_dir_all(folder)?;
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        for piece in &self.pieces {
-            piece.write_to(file.as_file_mut())?;
-        }
-        file.persist(&self.path).map_err(|error| error.error)?;
-        Ok(())
+    pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
+        self.pieces.iter().try_for_each(|piece| piece.write_to(out))
     }
 }

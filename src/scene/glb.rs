@@ -49,9 +49,11 @@ impl Glb {
         }
         let chunks = chunks(&mut file, size)?;
         let (json, bin, rest) = match *chunks.as_slice() {
-            [Chunk { kind: JSON, offset, length }, Chunk { kind: BIN, offset: at, length: n }, ..] => {
-                ((offset, length), Some((at, n)), at + n)
-            }
+            [
+                Chunk { kind: JSON, offset, length },
+                Chunk { kind: BIN, offset: at, length: n },
+                ..,
+            ] => ((offset, length), Some((at, n)), at + n),
             [Chunk { kind: JSON, offset, length }, ..] => ((offset, length), None, offset + length),
             _ => return Err(SceneError::Glb("the first chunk is not JSON".into())),
         };

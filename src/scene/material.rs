@@ -79,11 +79,13 @@ fn extensions(
         extensions.remove(name);
     }
     if let Some(specular) = fit.specular {
-        let body = json!({"specularFactor": specular.factor, "specularColorFactor": specular.color});
+        let body =
+            json!({"specularFactor": specular.factor, "specularColorFactor": specular.color});
         extensions.set(SPECULAR, body.to_string());
     }
     if let Some(coat) = fit.clearcoat {
-        let body = json!({"clearcoatFactor": coat.factor, "clearcoatRoughnessFactor": coat.roughness});
+        let body =
+            json!({"clearcoatFactor": coat.factor, "clearcoatRoughnessFactor": coat.roughness});
         extensions.set(CLEARCOAT, body.to_string());
     }
     let mut body: Map<String, Value> = fit.extension.clone();

@@ -24,6 +24,7 @@ mod error;
 mod export;
 mod glb;
 mod material;
+mod obj;
 mod outline;
 mod replacement;
 mod resource;
@@ -79,6 +80,17 @@ impl Scene {
     /// # Errors
     /// Files that cannot be read or are not valid, and addresses that leave the scene's folder.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
+        Self::open_with_progress(path, &mut |_| ())
+    }
+
+    /// Like [`Scene::open`]; `progress` is told the bytes of an OBJ read so far.
+    ///
+    /// # Errors
+    /// As [`Scene::open`].
+    pub fn open_with_progress(
+        path: &Path,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Self, SceneError> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let folder = if folder == Path::new("") { PathBuf::from(".") } else { folder };
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
@@ -89,6 +101,7 @@ impl Scene {
                 let Glb { json, bin, rest } = Glb::open(path)?;
                 Self::new(json, bin, rest, Source::File(Container::Glb, folder))
             }
+            "obj" => obj::open(path, folder, progress),
             "glb" => Err(SceneError::Glb("the file does not start with glTF".into())),
             "gltf" => {
                 let text = String::from_utf8(fs::read(path)?).map_err(|_| SceneError::Utf8)?;

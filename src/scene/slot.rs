@@ -55,14 +55,8 @@ impl Slot {
 
 /// The slots of a document, in the order of its materials, `(none)` last.
 pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
-    let slot = |id, name| Slot {
-        id,
-        name,
-        meshes: Vec::new(),
-        primitives: 0,
-        triangles: 0,
-        used: false,
-    };
+    let slot =
+        |id, name| Slot { id, name, meshes: Vec::new(), primitives: 0, triangles: 0, used: false };
     let materials = outline.materials.iter().enumerate();
     let mut slots: Vec<_> =
         materials.map(|(i, material)| slot(SlotId::Material(i), material.name.clone())).collect();
@@ -190,8 +184,13 @@ mod tests {
 
     fn assigned(patterns: &[&str]) -> Result<Vec<Option<usize>>, SceneError> {
         let none = Slot { id: SlotId::Unassigned, ..slot(0, None) };
-        let slots =
-            [slot(0, Some("Body")), slot(1, Some("Body red")), slot(2, None), slot(3, Some("[x]")), none];
+        let slots = [
+            slot(0, Some("Body")),
+            slot(1, Some("Body red")),
+            slot(2, None),
+            slot(3, Some("[x]")),
+            none,
+        ];
         let assignments: Vec<_> =
             patterns.iter().enumerate().map(|(i, text)| (text.parse().unwrap(), i)).collect();
         Ok(resolve(&slots, &assignments)?.into_iter().map(|value| value.copied()).collect())

@@ -1,0 +1,365 @@
+//! The lines of an OBJ, put into the form that the parser behind reads without loss: names become
+//! numbers, groups are split where shading or attributes change, lines it would refuse or misread
+//! (continuations, tabs, partial colours, curves) are joined, completed or left out.
+
+use std::{
+    collections::HashMap,
+    io::{self, BufRead, Read},
+};
+
+/// Faces that belong together: same name, same shading, same attributes.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct Group {
+    pub name: String,
+    pub shading: Shading,
+    layout: Layout,
+}
+
+/// What the file says of smoothing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub(super) enum Shading {
+    /// Nothing: smooth.
+    #[default]
+    Unstated,
+    /// `s off`.
+    Flat,
+    /// `s N`.
+    Smooth(u32),
+}
+
+/// Whether a face has texture coordinates and normals.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct Layout {
+    texcoords: bool,
+    normals: bool,
+}
+
+/// A reader that rewrites an OBJ line by line and notes what the rewritten lines no longer say.
+pub(super) struct Lines<'p, R> {
+    inner: R,
+    progress: &'p mut dyn FnMut(u64),
+    raw: Vec<u8>,
+    out: Vec<u8>,
+    at: usize,
+    bytes: u64,
+    /// Numbers of positions, texture coordinates and normals so far.
+    counts: [i64; 3],
+    colored: Option<bool>,
+    current: Group,
+    material_index: HashMap<String, usize>,
+    /// Group names in the rewritten text are indices into this.
+    pub groups: Vec<Group>,
+    /// Material names in the rewritten text are indices into this.
+    pub materials: Vec<String>,
+    /// The arguments of `mtllib`.
+    pub libraries: Vec<String>,
+    pub warnings: Vec<String>,
+    /// Why reading stopped.
+    pub error: Option<String>,
+    /// The line being read, from 1.
+    pub number: usize,
+    ignored: usize,
+}
+
+const PROGRESS_STEP: u64 = 1 << 20;
+
+impl<'p, R: BufRead> Lines<'p, R> {
+    pub fn new(inner: R, progress: &'p mut dyn FnMut(u64)) -> Self {
+        Lines {
+            inner,
+            progress,
+            raw: Vec::new(),
+            out: Vec::new(),
+            at: 0,
+            bytes: 0,
+            counts: [0; 3],
+            colored: None,
+            current: Group::default(),
+            material_index: HashMap::new(),
+            groups: Vec::new(),
+            materials: Vec::new(),
+            libraries: Vec::new(),
+            warnings: Vec::new(),
+            error: None,
+            number: 0,
+            ignored: 0,
+        }
+    }
+
+    /// Reads one line, continuations joined; whether there was one.
+    fn next_line(&mut self) -> io::Result<bool> {
+        self.raw.clear();
+        loop {
+            let read = self.inner.read_until(b'\n', &mut self.raw)?;
+            if read == 0 {
+                return Ok(!self.raw.is_empty());
+            }
+            self.number += 1;
+            let before = self.bytes / PROGRESS_STEP;
+            self.bytes += read as u64;
+            if self.bytes / PROGRESS_STEP != before {
+                (self.progress)(self.bytes);
+            }
+            while self.raw.last().is_some_and(u8::is_ascii_whitespace) {
+                self.raw.pop();
+            }
+            if self.raw.last() != Some(&b'\\') || self.raw.trim_ascii_start().starts_with(b"#") {
+                return Ok(true);
+            }
+            self.raw.pop();
+            self.raw.push(b' ');
+        }
+    }
+
+    /// Puts what the line becomes into `out`, nothing for a line that is left out.
+    fn rewrite(&mut self) -> Result<(), String> {
+        let raw = std::mem::take(&mut self.raw);
+        let line = raw.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&raw).trim_ascii_start();
+        let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
+        let (keyword, rest) = line.split_at(end);
+        let result = match keyword {
+            b"v" => self.position(rest),
+            b"vt" => self.texcoord(rest),
+            b"vn" => self.normal(rest),
+            b"f" => self.face(rest),
+            b"" => Ok(()),
+            _ if keyword.starts_with(b"#") => Ok(()),
+            _ => self.statement(keyword, String::from_utf8_lossy(rest).trim()),
+        };
+        self.raw = raw;
+        result
+    }
+
+    fn statement(&mut self, keyword: &[u8], rest: &str) -> Result<(), String> {
+        match keyword {
+            b"o" | b"g" => self.current.name = rest.to_owned(),
+            b"s" => {
+                self.current.shading = match rest.parse() {
+                    Ok(0) | Err(_) => Shading::Flat,
+                    Ok(group) => Shading::Smooth(group),
+                }
+            }
+            b"mtllib" => self.libraries.push(rest.to_owned()),
+            b"usemtl" if !rest.is_empty() => self.use_material(rest),
+            b"usemtl" => {}
+            _ => self.ignored += 1,
+        }
+        Ok(())
+    }
+
+    fn use_material(&mut self, name: &str) {
+        let next = self.materials.len();
+        let index = *self.material_index.entry(name.to_owned()).or_insert(next);
+        if index == next {
+            self.materials.push(name.to_owned());
+            self.emit(&["mtllib ", &index.to_string(), "\n"]);
+        }
+        self.emit(&["usemtl ", &index.to_string(), "\n"]);
+    }
+
+    /// `x y z [w]` or `x y z r g b`; the first position decides whether all have colours.
+    fn position(&mut self, rest: &[u8]) -> Result<(), String> {
+        self.counts[0] += 1;
+        let words = words(rest).count();
+        let colored = *self.colored.get_or_insert(words >= 6);
+        self.out.extend_from_slice(b"v ");
+        match (colored, words) {
+            (false, 0..=4) | (true, 6) => self.out.extend_from_slice(rest),
+            (false, _) => self.emit_words(rest, 3),
+            (true, 7..) => self.emit_words(rest, 6),
+            (true, _) => {
+                self.emit_words(rest, 3);
+                self.emit(&[" 1 1 1"]);
+            }
+        }
+        self.out.push(b'\n');
+        Ok(())
+    }
+
+    fn texcoord(&mut self, rest: &[u8]) -> Result<(), String> {
+        self.counts[1] += 1;
+        self.out.extend_from_slice(b"vt ");
+        self.out.extend_from_slice(rest);
+        self.emit(&[if words(rest).count() < 2 { " 0\n" } else { "\n" }]);
+        Ok(())
+    }
+
+    fn normal(&mut self, rest: &[u8]) -> Result<(), String> {
+        self.counts[2] += 1;
+        self.out.extend_from_slice(b"vn ");
+        self.out.extend_from_slice(rest);
+        self.out.push(b'\n');
+        Ok(())
+    }
+
+    fn face(&mut self, rest: &[u8]) -> Result<(), String> {
+        let mut corners = words(rest);
+        let first = corners.next().ok_or("a face without corners")?;
+        let layout = self.corner(first)?;
+        let mut count = 1;
+        for corner in corners {
+            count += 1;
+            if self.corner(corner)? != layout {
+                return Err("the corners of a face differ in what they have".into());
+            }
+        }
+        if count < 3 {
+            self.ignored += 1;
+            return Ok(());
+        }
+        self.current.layout = layout;
+        if self.groups.last() != Some(&self.current) {
+            let index = self.groups.len().to_string();
+            self.groups.push(self.current.clone());
+            self.emit(&["g ", &index, "\n"]);
+        }
+        self.out.extend_from_slice(b"f ");
+        self.out.extend_from_slice(rest);
+        self.out.push(b'\n');
+        Ok(())
+    }
+
+    /// What a corner `v/vt/vn` has. Indices are at least 1, or count back from the last one.
+    fn corner(&self, corner: &[u8]) -> Result<Layout, String> {
+        let invalid = || format!("{:?} is no face corner", String::from_utf8_lossy(corner));
+        let mut present = [false; 3];
+        let mut at = 0;
+        for (kind, digits) in corner.split(|byte| *byte == b'/').enumerate() {
+            let present = present.get_mut(kind).ok_or_else(invalid)?;
+            *present = !digits.is_empty();
+            at = kind;
+            if *present && !self.in_range(kind, digits).ok_or_else(invalid)? {
+                return Err(format!(
+                    "index {} is out of range, there are {} so far",
+                    String::from_utf8_lossy(digits),
+                    self.counts[kind],
+                ));
+            }
+        }
+        match present[0] && at < 3 {
+            true => Ok(Layout { texcoords: present[1], normals: present[2] }),
+            false => Err(invalid()),
+        }
+    }
+
+    /// Whether an index exists; `None` for what is no number. Positive indices may run ahead of the
+    /// definitions, and are checked where they are used.
+    fn in_range(&self, kind: usize, digits: &[u8]) -> Option<bool> {
+        let (negative, digits) = match digits {
+            [b'-', digits @ ..] => (true, digits),
+            _ => (false, digits),
+        };
+        if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
+            return None;
+        }
+        let value = digits.iter().fold(0, |value: i64, digit| {
+            value.saturating_mul(10).saturating_add((digit - b'0').into())
+        });
+        let limit = if negative { self.counts[kind] } else { i64::from(u32::MAX) };
+        Some((1..=limit).contains(&value))
+    }
+
+    fn emit(&mut self, texts: &[&str]) {
+        texts.iter().for_each(|text| self.out.extend_from_slice(text.as_bytes()));
+    }
+
+    fn emit_words(&mut self, rest: &[u8], count: usize) {
+        for word in words(rest).take(count) {
+            self.out.push(b' ');
+            self.out.extend_from_slice(word);
+        }
+    }
+
+    fn end(&mut self) {
+        (self.progress)(self.bytes);
+        if self.ignored > 0 {
+            let ignored = std::mem::take(&mut self.ignored);
+            self.warnings
+                .push(format!("{ignored} lines are neither faces nor known, and left out"));
+        }
+    }
+}
+
+fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+}
+
+impl<R: BufRead> BufRead for Lines<'_, R> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        while self.at == self.out.len() {
+            self.out.clear();
+            self.at = 0;
+            let read =
+                self.next_line().inspect_err(|error| self.error = Some(error.to_string()))?;
+            if !read {
+                self.end();
+                break;
+            }
+            if let Err(reason) = self.rewrite() {
+                self.error = Some(reason);
+                return Err(io::ErrorKind::InvalidData.into());
+            }
+        }
+        Ok(&self.out[self.at..])
+    }
+
+    fn consume(&mut self, amount: usize) {
+        self.at += amount;
+    }
+}
+
+impl<R: BufRead> Read for Lines<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.fill_buf()?.read(buffer)?;
+        self.consume(read);
+        Ok(read)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rewritten(text: &str) -> Result<String, String> {
+        let mut progress = |_| ();
+        let mut lines = Lines::new(text.as_bytes(), &mut progress);
+        let mut out = String::new();
+        let read = lines.read_to_string(&mut out);
+        read.map(|_| out).map_err(|_| lines.error.unwrap_or_default())
+    }
+
+    #[test]
+    fn groups_split_where_shading_or_attributes_change() {
+        let text = "o a\ns 1\nf 1 2 3\nf 1 2 4\ns off\nf 1 2 3\nf 1//1 2//2 3//3\n";
+        let expected = "g 0\nf  1 2 3\nf  1 2 4\ng 1\nf  1 2 3\ng 2\nf  1//1 2//2 3//3\n";
+        assert_eq!(rewritten(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn odd_lines_are_completed() {
+        assert_eq!(
+            rewritten("v 1 2 3 .1 .2 .3\r\nv 1 2 3").unwrap(),
+            "v  1 2 3 .1 .2 .3\nv  1 2 3 1 1 1\n"
+        );
+        assert_eq!(rewritten("v 1 2 3\nv 1 2 3 4 5 6").unwrap(), "v  1 2 3\nv  1 2 3\n");
+        assert_eq!(rewritten("vt .5\n# C:\\\nvt 0 \\\n1").unwrap(), "vt  .5 0\nvt  0  1\n");
+        let named = rewritten("usemtl\tmy paint \nf 1 2 3\nusemtl x\nusemtl my paint").unwrap();
+        assert_eq!(named, "mtllib 0\nusemtl 0\ng 0\nf  1 2 3\nmtllib 1\nusemtl 1\nusemtl 0\n");
+    }
+
+    #[test]
+    fn corners_that_cannot_be_are_refused() {
+        for face in [
+            "f 0 1 2",
+            "f -1 -2 -3",
+            "f 1/1 2 3",
+            "f a b c",
+            "f",
+            "f 1/2/3/4 1 1",
+            "f 99999999999 1 1",
+        ] {
+            assert!(rewritten(face).is_err(), "{face}");
+        }
+        assert!(rewritten("v 0 0 0\nf -1 -1 -1").is_ok());
+    }
+}

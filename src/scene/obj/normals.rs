@@ -1,0 +1,92 @@
+//! Normals for surfaces that have none, and unit length for those that have.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use super::{build::Surface, lines::Shading};
+
+/// A surface before it is merged with others of its group.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub group: usize,
+    pub shading: Shading,
+    pub surface: Surface,
+}
+
+type Corner = (Shading, [u32; 3]);
+
+/// Every part with unit normals. Missing ones are the area-weighted mean over the faces that meet
+/// at a position and share a smoothing group, across materials; or the face's own where flat.
+pub(super) fn complete(parts: Vec<Part>) -> Vec<Part> {
+    let mut sums: HashMap<Corner, Vec3> = HashMap::new();
+    for part in parts.iter().filter(|part| part.shading != Shading::Flat && missing(part)) {
+        for triangle in part.surface.indices.chunks_exact(3) {
+            let corners = [0, 1, 2].map(|i| part.surface.positions[triangle[i] as usize]);
+            let normal = face_normal(corners);
+            for position in corners {
+                *sums.entry((part.shading, key(position))).or_default() += normal;
+            }
+        }
+    }
+    parts.into_iter().map(|part| with_normals(part, &sums)).collect()
+}
+
+fn missing(part: &Part) -> bool {
+    part.surface.normals.is_empty()
+}
+
+fn with_normals(mut part: Part, sums: &HashMap<Corner, Vec3>) -> Part {
+    let smooth = part.shading != Shading::Flat;
+    match (missing(&part), smooth) {
+        (false, _) => {}
+        (true, false) => part.surface = flat(&part.surface),
+        (true, true) => {
+            let sum =
+                |p: &[f32; 3]| sums.get(&(part.shading, key(*p))).copied().unwrap_or_default();
+            part.surface.normals = part.surface.positions.iter().map(|p| sum(p).into()).collect();
+        }
+    }
+    for normal in &mut part.surface.normals {
+        *normal = Vec3::from(*normal).try_normalize().unwrap_or(Vec3::Z).into();
+    }
+    part
+}
+
+/// The surface with three vertices of its own for every triangle.
+fn flat(surface: &Surface) -> Surface {
+    let pick = |i: &u32| *i as usize;
+    let indices = &surface.indices[..surface.indices.len() / 3 * 3];
+    let positions: Vec<_> = indices.iter().map(|i| surface.positions[pick(i)]).collect();
+    let normals = positions
+        .chunks_exact(3)
+        .flat_map(|p| [face_normal([p[0], p[1], p[2]]).into(); 3])
+        .collect();
+    let gather = |values: &[[f32; 3]]| match values {
+        [] => Vec::new(),
+        _ => indices.iter().map(|i| values[pick(i)]).collect(),
+    };
+    let texcoords = match &*surface.texcoords {
+        [] => Vec::new(),
+        values => indices.iter().map(|i| values[pick(i)]).collect(),
+    };
+    Surface {
+        normals,
+        texcoords,
+        colors: gather(&surface.colors),
+        indices: (0..positions.len() as u32).collect(),
+        positions,
+        material: surface.material,
+    }
+}
+
+/// (b − a) × (c − a): along the normal, as long as twice the area.
+fn face_normal([a, b, c]: [[f32; 3]; 3]) -> Vec3 {
+    let [a, b, c] = [a, b, c].map(Vec3::from);
+    (b - a).cross(c - a)
+}
+
+/// Equal positions have equal keys: −0 counts as 0.
+fn key(position: [f32; 3]) -> [u32; 3] {
+    position.map(|x| (x + 0.0).to_bits())
+}
