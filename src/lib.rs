@@ -19,6 +19,7 @@
 
 pub mod brdf;
 pub mod cli;
+pub mod fit;
 pub mod material;
 pub mod math;
 pub mod microfacet;

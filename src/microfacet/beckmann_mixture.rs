@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use crate::math::RealErrorFunctions as _;
 use crate::math::quadrature::gauss_jacobi;
+use crate::microfacet::ndf::BeckmannNdf;
 
 /// One Beckmann lobe of a mixture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,11 +59,13 @@ impl BeckmannMixture {
             alpha: (alpha / (node.x * length).exp()).sqrt(),
             weight: node.weight * (log_density - largest).exp(),
         });
-        Self::normalised(raw.collect())
+        Self::of_lobes(raw.collect())
     }
 
-    /// The mixture of the given lobes, weights scaled to sum 1 and the negligible end cut off.
-    fn normalised(mut lobes: Vec<BeckmannLobe>) -> Self {
+    /// The mixture of the given lobes, widest first or in any order, weights scaled to sum 1 and a
+    /// negligible end cut off.
+    #[must_use]
+    pub fn of_lobes(mut lobes: Vec<BeckmannLobe>) -> Self {
         let total: f64 = lobes.iter().map(|lobe| lobe.weight).sum();
         // Sharp lobes at the far end: each adds less than its weight to Λ and D alike.
         while lobes.last().is_some_and(|lobe| lobe.weight < 1e-20 * total) {
@@ -78,6 +81,13 @@ impl BeckmannMixture {
     #[must_use]
     pub fn lobes(&self) -> &[BeckmannLobe] {
         &self.lobes
+    }
+
+    /// D = Σ weight · D_beckmann(alpha) at x = tan²θ \[1/sr\].
+    #[must_use]
+    pub fn ndf(&self, tan2_theta: f64) -> f64 {
+        let lobe = |l: &BeckmannLobe| l.weight * BeckmannNdf { alpha: l.alpha }.eval(tan2_theta);
+        self.lobes.iter().map(lobe).sum()
     }
 }
 
@@ -139,7 +149,7 @@ fn scaled_lambda(a: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::microfacet::ndf::{BeckmannNdf, SgdNdf};
+    use crate::microfacet::ndf::SgdNdf;
 
     #[test]
     fn both_forms_of_scaled_lambda_meet() {

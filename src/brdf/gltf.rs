@@ -1,0 +1,104 @@
+//! The glTF 2.0 material model, as its appendix B and two extensions write it.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::brdf::Reflectance;
+use crate::brdf::eval::{above_horizon, cos_theta_d};
+use crate::brdf::one_lobe::ggx_lambda;
+use crate::math::direction::{cos_theta, cot_theta, half_sum, tan2_theta};
+use crate::microfacet::GgxNdf;
+
+/// F0 of the index of refraction 1.5 that glTF gives every dielectric.
+pub const DIELECTRIC_F0: f64 = 0.04;
+
+/// A glTF material's factors.
+///
+/// # Formula
+///
+/// With u = (1 − wi·h)⁵, α = roughness², V = G2/(4 cosθi cosθo) height-correlated:
+///
+/// ```text
+/// dielectric = (1 − s·max(fr))·base/π + s·fr·V·D,   fr = f0 + (1−f0) u,   f0 = min(0.04·colour, 1)
+/// metal      = (base + (1−base) u)·V·D
+/// material   = (1−metallic)·dielectric + metallic·metal
+/// coated     = (1−c)·material + c·V_c·D_c,   c = clearcoat·(0.04 + 0.96 (1−cosθo)⁵)
+/// ```
+///
+/// (glTF 2.0 specification, appendix B; `KHR_materials_specular`: s = specular factor, colour =
+/// specular colour; `KHR_materials_clearcoat`.)
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GltfBrdf {
+    /// Base colour, in \[0, 1\].
+    pub base_color: [f64; 3],
+    /// Metallic factor, in \[0, 1\].
+    pub metallic: f64,
+    /// Perceptual roughness √α, in \[0, 1\].
+    pub roughness: f64,
+    /// `specularFactor`, in \[0, 1\]; 1 where the extension is absent.
+    pub specular_factor: f64,
+    /// `specularColorFactor`, ≥ 0; 1 where the extension is absent.
+    pub specular_color: [f64; 3],
+    /// `clearcoatFactor`, in \[0, 1\].
+    pub clearcoat: Option<f64>,
+    /// `clearcoatRoughnessFactor`, in \[0, 1\].
+    pub clearcoat_roughness: Option<f64>,
+}
+
+impl Reflectance for GltfBrdf {
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if !(above_horizon(wi) && above_horizon(wo)) {
+            return [0.0; 3];
+        }
+        let h = half_sum(wi, wo);
+        let lobe = |roughness: f64| {
+            let cot = [cot_theta(wi), cot_theta(wo)];
+            ggx_lobe(roughness * roughness, tan2_theta(h), cot, [cos_theta(wi), cos_theta(wo)])
+        };
+        let material = self.material(schlick_weight(cos_theta_d(h)), lobe(self.roughness));
+        match (self.clearcoat, self.clearcoat_roughness) {
+            (Some(clearcoat), Some(roughness)) => {
+                let c = clearcoat * coat_fresnel(cos_theta(wo));
+                material.map(|f| (1.0 - c) * f + c * lobe(roughness))
+            }
+            _ => material,
+        }
+    }
+}
+
+impl GltfBrdf {
+    /// (1−metallic)·dielectric + metallic·metal for u = (1 − wi·h)⁵ and V·D \[1/sr\].
+    fn material(&self, u: f64, lobe: f64) -> [f64; 3] {
+        let f0 = self.specular_color.map(|color| (DIELECTRIC_F0 * color).min(1.0));
+        let fr = f0.map(|f0| f0 + (1.0 - f0) * u);
+        let through = 1.0 - self.specular_factor * fr.into_iter().fold(0.0, f64::max);
+        std::array::from_fn(|c| {
+            let base = self.base_color[c];
+            let dielectric = through * base * FRAC_1_PI + self.specular_factor * fr[c] * lobe;
+            let metal = (base + (1.0 - base) * u) * lobe;
+            (1.0 - self.metallic) * dielectric + self.metallic * metal
+        })
+    }
+}
+
+/// (1 − cosθ)⁵.
+#[must_use]
+pub fn schlick_weight(cos_theta: f64) -> f64 {
+    (1.0 - cos_theta).powi(5)
+}
+
+/// The Fresnel factor of a clear coat of index 1.5, which glTF takes at the view direction.
+#[must_use]
+pub fn coat_fresnel(cos_theta_o: f64) -> f64 {
+    DIELECTRIC_F0 + (1.0 - DIELECTRIC_F0) * schlick_weight(cos_theta_o)
+}
+
+/// V·D = D(h) G2/(4 cosθi cosθo), GGX with height-correlated Smith G2 = 1/(1 + Λi + Λo).
+#[must_use]
+pub fn ggx_lobe(alpha: f64, tan2_theta_h: f64, cot_theta: [f64; 2], cos_theta: [f64; 2]) -> f64 {
+    let [lambda_i, lambda_o] = cot_theta.map(|cot| ggx_lambda(cot / alpha));
+    let g2_over_cos = 1.0 / ((1.0 + lambda_i + lambda_o) * cos_theta[0] * cos_theta[1]);
+    0.25 * GgxNdf { alpha }.eval(tan2_theta_h) * g2_over_cos
+}

@@ -1,0 +1,210 @@
+//! The best few Beckmann lobes, their widths shared by the three channels.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use crate::brdf::lobes::Lobes;
+use crate::material::{ChannelParams, Material};
+use crate::math::box_least_squares::{Bounds, Minimum, NormalEquations, minimise};
+use crate::microfacet::{BeckmannNdf, SgdNdf};
+
+/// The best mixture of a given number of lobes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LobesFit {
+    /// Widths and weights.
+    #[serde(flatten)]
+    pub lobes: Lobes,
+    /// max |D_fit − D|/(D(0) + D) over all angles, per channel.
+    pub residual: [f64; 3],
+}
+
+/// The most lobes that are of use: SGD's mixture is resolved to rounding with fewer.
+pub const MOST_LOBES: usize = 32;
+
+/// Angles at which the distributions are compared while fitting, and when the fit is judged.
+const SAMPLES: usize = 40;
+const JUDGED_SAMPLES: usize = 400;
+
+/// The weight of the condition Σ_j w_j = 1 next to one sample's relative error.
+const SUM_WEIGHT: f64 = 1e4;
+
+/// The mixture of `count` Beckmann lobes closest to a material's distributions.
+///
+/// Least squares of (D_fit − D)/(D(0) + D) over angles spaced by the lobe's own logarithm, in all
+/// log widths and non-negative weights at once. Widths start spaced evenly in ln α over several
+/// ranges; the best end wins. `count` is taken into [1, [`MOST_LOBES`]].
+#[must_use]
+pub fn fit(material: &Material, count: usize) -> LobesFit {
+    let problem = Problem::new(material, count.clamp(1, MOST_LOBES));
+    let fits = problem.starts().into_iter().map(|start| problem.solve(&start));
+    let best = fits.min_by(|a, b| a.squares.total_cmp(&b.squares));
+    let lobes = problem.lobes(&best.map_or_else(|| problem.even_widths(0.0), |best| best.x));
+    LobesFit {
+        residual: std::array::from_fn(|c| residual(&lobes, c, &material.channels[c])),
+        lobes,
+    }
+}
+
+/// max |D_fit − D|/(D(0) + D) of one channel.
+#[must_use]
+pub fn residual(lobes: &Lobes, channel: usize, params: &ChannelParams) -> f64 {
+    let exact = SgdNdf::new(params.alpha, params.p);
+    let mixture = lobes.channel(channel);
+    let error = |x: &f64| {
+        let d = exact.eval(*x);
+        (mixture.ndf(*x) - d).abs() / (exact.peak() + d)
+    };
+    angles(std::slice::from_ref(params), JUDGED_SAMPLES).iter().map(error).fold(0.0, f64::max)
+}
+
+/// tan²θ from 0 to where every channel's D has vanished, spaced by ln(1 + x/s).
+fn angles(channels: &[ChannelParams], count: usize) -> Vec<f64> {
+    let scale = channels.iter().map(core_tan2).fold(f64::INFINITY, f64::min) * 0.1;
+    let largest = channels.iter().map(|c| c.alpha).fold(0.0, f64::max) * 20.0;
+    let length = (largest / scale).ln_1p();
+    (0..count).map(|i| scale * (length * i as f64 / (count - 1) as f64).exp_m1()).collect()
+}
+
+/// tan²θ at which a channel's distribution starts to bend.
+fn core_tan2(c: &ChannelParams) -> f64 {
+    c.alpha / (1.0 + c.p / c.alpha)
+}
+
+/// The unknowns are n values of ln α, then n weights for each channel.
+struct Problem {
+    count: usize,
+    tan2_theta: Vec<f64>,
+    /// D/(D(0) + D) and 1/(D(0) + D) at each angle, per channel.
+    goals: [Vec<(f64, f64)>; 3],
+    /// The range of ln α.
+    range: [f64; 2],
+}
+
+impl Problem {
+    fn new(material: &Material, count: usize) -> Self {
+        let channels = &material.channels;
+        let tan2_theta = angles(channels, SAMPLES);
+        let goals = channels.each_ref().map(|c| goal(c, &tan2_theta));
+        let narrowest = channels.iter().map(core_tan2).fold(f64::INFINITY, f64::min);
+        let widest = channels.iter().map(|c| c.alpha).fold(0.0, f64::max);
+        let range = [0.5 * (0.1 * narrowest).ln(), 0.5 * widest.ln() + 0.1];
+        Self { count, tan2_theta, goals, range }
+    }
+
+    /// Widths spaced evenly in ln α from a given share of the range up; equal weights.
+    fn even_widths(&self, from: f64) -> DVector<f64> {
+        let [low, high] = self.range;
+        let low = low + from * (high - low);
+        DVector::from_fn(4 * self.count, |i, _| match self.count {
+            1 => {
+                if i == 0 {
+                    0.5 * (low + high)
+                } else {
+                    1.0
+                }
+            }
+            n if i < n => low + (high - low) * i as f64 / (n - 1) as f64,
+            n => 1.0 / n as f64,
+        })
+    }
+
+    fn starts(&self) -> Vec<DVector<f64>> {
+        [0.1, 0.3, 0.5].iter().map(|from| self.even_widths(*from)).collect()
+    }
+
+    /// The weights for the start's widths first, then everything.
+    fn solve(&self, start: &DVector<f64>) -> Minimum {
+        let n = self.count;
+        let free = Bounds {
+            lower: DVector::from_fn(4 * n, |i, _| if i < n { self.range[0] } else { 0.0 }),
+            upper: DVector::from_fn(
+                4 * n,
+                |i, _| if i < n { self.range[1] } else { f64::INFINITY },
+            ),
+        };
+        let mut held = free.clone();
+        for i in 0..n {
+            (held.lower[i], held.upper[i]) = (start[i], start[i]);
+        }
+        let weighted = minimise(|x| self.equations(x), start, &held);
+        minimise(|x| self.equations(x), &weighted.x, &free)
+    }
+
+    fn equations(&self, x: &DVector<f64>) -> NormalEquations {
+        let n = self.count;
+        let lobes: Vec<BeckmannNdf> = (0..n).map(|j| BeckmannNdf { alpha: x[j].exp() }).collect();
+        let mut squares = 0.0;
+        let mut gradient = DVector::zeros(4 * n);
+        let mut hessian = DMatrix::zeros(4 * n, 4 * n);
+        let mut row = vec![0.0; 2 * n];
+        for c in 0..3 {
+            let weights = x.rows((1 + c) * n, n);
+            // Unknown j of this channel's row: n widths, then its n weights.
+            let place = |j: usize| if j < n { j } else { j + c * n };
+            let mut add = |row: &[f64], residual: f64, weight: f64| {
+                squares += weight * residual * residual;
+                for i in 0..2 * n {
+                    gradient[place(i)] += weight * residual * row[i];
+                    for j in 0..=i {
+                        hessian[(place(i), place(j))] += weight * row[i] * row[j];
+                    }
+                }
+            };
+            for (tan2, (goal, scale)) in self.tan2_theta.iter().zip(&self.goals[c]) {
+                let mut value = -goal;
+                for (j, lobe) in lobes.iter().enumerate() {
+                    let d = scale * lobe.eval(*tan2);
+                    value += weights[j] * d;
+                    // ∂D/∂lnα = 2 (x/α² − 1) D.
+                    row[j] = weights[j] * d * 2.0 * (tan2 / (lobe.alpha * lobe.alpha) - 1.0);
+                    row[n + j] = d;
+                }
+                add(&row, value, 1.0);
+            }
+            row[..n].fill(0.0);
+            row[n..].fill(1.0);
+            add(&row, weights.sum() - 1.0, SUM_WEIGHT);
+        }
+        NormalEquations { squares, gradient, hessian }
+    }
+
+    /// The mixture of a solution, weights scaled to sum exactly to 1, widths ascending.
+    fn lobes(&self, x: &DVector<f64>) -> Lobes {
+        let n = self.count;
+        let sums: [f64; 3] = std::array::from_fn(|c| x.rows((1 + c) * n, n).sum());
+        let weight = |j: usize| std::array::from_fn(|c| x[(1 + c) * n + j] / sums[c]);
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+        Lobes {
+            alpha: order.iter().map(|j| x[*j].exp()).collect(),
+            weights: order.iter().map(|j| weight(*j)).collect(),
+        }
+    }
+}
+
+fn goal(params: &ChannelParams, tan2_theta: &[f64]) -> Vec<(f64, f64)> {
+    let ndf = SgdNdf::new(params.alpha, params.p);
+    let at = |x: &f64| {
+        let d = ndf.eval(*x);
+        (d / (ndf.peak() + d), 1.0 / (ndf.peak() + d))
+    };
+    tan2_theta.iter().map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::catalog;
+
+    #[test]
+    fn eight_lobes_are_within_one_percent() {
+        for entry in catalog().iter().step_by(7) {
+            let fit = fit(&entry.material, 8);
+            for (c, residual) in fit.residual.into_iter().enumerate() {
+                assert!(residual <= 0.01, "{} channel {c}: {residual}", entry.material.name);
+                let sum: f64 = fit.lobes.weights.iter().map(|w| w[c]).sum();
+                assert!((sum - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! What every fit aims at: the exact reflectance of a material at well-chosen pairs of directions.
+
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
+
+use crate::brdf::ChannelBrdf;
+use crate::fit::metric::Metric;
+use crate::material::{ChannelParams, Material};
+use crate::math::quadrature::{Node, gauss_legendre};
+use crate::microfacet::masking::MaskingKind;
+
+/// A pair of directions as a microfacet model sees it, and its share of the integral over pairs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// tan²θh.
+    pub tan2_theta_h: f64,
+    /// cosθd = wi·h.
+    pub cos_theta_d: f64,
+    /// cosθi, cosθo.
+    pub cos_theta: [f64; 2],
+    /// cotθi, cotθo.
+    pub cot_theta: [f64; 2],
+    /// cosθo dωi dωo over all pairs' sum.
+    pub weight: f64,
+}
+
+/// The exact reflectance of a material's channels at quadrature pairs.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// The material as given.
+    pub material: Material,
+    /// Quadrature nodes over both hemispheres.
+    pub pairs: Vec<Pair>,
+    /// f at each pair, per channel \[1/sr\].
+    pub channels: [Vec<f64>; 3],
+}
+
+/// Nodes over θh, θd and φd.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Resolution {
+    /// Half vector's polar angle, spaced by the lobe's own logarithm.
+    pub theta_h: usize,
+    /// Difference angle.
+    pub theta_d: usize,
+    /// Difference azimuth.
+    pub phi_d: usize,
+}
+
+impl Default for Resolution {
+    fn default() -> Self {
+        Self { theta_h: 32, theta_d: 8, phi_d: 5 }
+    }
+}
+
+/// Relative accuracy of the exact masking in a target.
+const ACCURACY: f64 = 1e-6;
+
+impl Target {
+    /// The target of a material.
+    #[must_use]
+    pub fn new(material: &Material) -> Self {
+        Self::with_resolution(material, Resolution::default())
+    }
+
+    /// The target with a chosen number of nodes: more for checking a fit than for making it.
+    #[must_use]
+    pub fn with_resolution(material: &Material, resolution: Resolution) -> Self {
+        let pairs = pairs(lobe_scale(material), resolution);
+        let channels = material.channels.each_ref().map(|channel| samples(channel, &pairs));
+        Self { material: material.clone(), pairs, channels }
+    }
+
+    /// √(∫(g(x_fit) − g(x))² / ∫g(x)²) of a channel whose values at the pairs are `fit`.
+    #[must_use]
+    pub fn residual(&self, metric: Metric, channel: usize, fit: &[f64]) -> f64 {
+        let (mut difference, mut total) = (0.0, 0.0);
+        for ((pair, exact), fit) in self.pairs.iter().zip(&self.channels[channel]).zip(fit) {
+            let (exact, _) = metric.transform(*exact, pair.cos_theta[0]);
+            let (fit, _) = metric.transform(*fit, pair.cos_theta[0]);
+            difference += pair.weight * (fit - exact).powi(2);
+            total += pair.weight * exact * exact;
+        }
+        if total > 0.0 { (difference / total).sqrt() } else { difference.sqrt() }
+    }
+}
+
+/// The smallest tan²θh at which a channel's distribution bends: α² where the power law starts, but
+/// no finer than what a pixel of a picture could show.
+fn lobe_scale(material: &Material) -> f64 {
+    let bend = |c: &ChannelParams| if c.p > 0.0 { c.alpha * c.alpha } else { c.alpha };
+    material.channels.iter().map(bend).fold(f64::INFINITY, f64::min).clamp(1e-7, 0.1)
+}
+
+/// Quadrature over pairs in (ln(1 + tan²θh/s), θd, φd), with
+/// dωi dωo = 4 cosθd · dωh dωd and cosθo as weight; pairs below the horizon left out.
+fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
+    let theta_d_rule = gauss_legendre(resolution.theta_d);
+    let mut pairs = Vec::with_capacity(resolution.theta_h * resolution.theta_d * resolution.phi_d);
+    for (tan2_theta_h, theta_h_weight) in half_angles(scale, resolution.theta_h) {
+        for theta_d in &theta_d_rule {
+            for k in 0..resolution.phi_d {
+                let phi_d = PI * (k as f64 + 0.5) / resolution.phi_d as f64;
+                pairs.extend(pair(tan2_theta_h, theta_h_weight, *theta_d, phi_d));
+            }
+        }
+    }
+    let total: f64 = pairs.iter().map(|pair| pair.weight).sum();
+    pairs.iter_mut().for_each(|pair| pair.weight /= total);
+    pairs
+}
+
+/// (tan²θh, sinθh dθh) over the hemisphere.
+fn half_angles(scale: f64, nodes: usize) -> Vec<(f64, f64)> {
+    const LARGEST: f64 = 1e3;
+    let length = (LARGEST / scale).ln_1p();
+    let node = |node: &Node| {
+        let x = scale * (node.x * length).exp_m1();
+        // sinθ dθ = ½ (1+x)^{−3/2} dx, dx = (x + s) dy.
+        (x, node.weight * length * 0.5 * (x + scale) * (1.0 + x).powf(-1.5))
+    };
+    gauss_legendre(nodes).iter().map(node).collect()
+}
+
+/// The pair at the given Rusinkiewicz angles, if both directions are above the horizon.
+fn pair(tan2_theta_h: f64, theta_h_weight: f64, theta_d: Node, phi_d: f64) -> Option<Pair> {
+    let (sin_d, cos_d) = (theta_d.x * FRAC_PI_2).sin_cos();
+    let cos_h = (1.0 + tan2_theta_h).sqrt().recip();
+    let sin_h = tan2_theta_h.sqrt() * cos_h;
+    // wi,o = cosθd h ± sinθd (cosφd t + sinφd b), with h in the xz plane.
+    let along = sin_d * phi_d.cos();
+    let across = sin_d * phi_d.sin();
+    let direction = |sign: f64| {
+        let z = cos_d * cos_h - sign * along * sin_h;
+        let x = cos_d * sin_h + sign * along * cos_h;
+        (z, z / x.hypot(across))
+    };
+    let [(cos_i, cot_i), (cos_o, cot_o)] = [direction(1.0), direction(-1.0)];
+    let weight = theta_h_weight * theta_d.weight * sin_d * cos_d * cos_o;
+    (cos_i > 1e-3 && cos_o > 1e-3).then_some(Pair {
+        tan2_theta_h,
+        cos_theta_d: cos_d,
+        cos_theta: [cos_i, cos_o],
+        cot_theta: [cot_i, cot_o],
+        weight,
+    })
+}
+
+/// f of one channel at every pair.
+fn samples(params: &ChannelParams, pairs: &[Pair]) -> Vec<f64> {
+    let brdf = ChannelBrdf::with_accuracy(params, MaskingKind::Exact, ACCURACY);
+    let mut ndf = (f64::NAN, f64::NAN);
+    let value = |pair: &Pair| {
+        // Pairs come in runs of one θh.
+        if ndf.0 != pair.tan2_theta_h {
+            ndf = (pair.tan2_theta_h, brdf.ndf.eval(pair.tan2_theta_h));
+        }
+        let v = |side: usize| brdf.masking.g1(pair.cot_theta[side]) / pair.cos_theta[side];
+        let specular = brdf.rho_s * brdf.fresnel.eval(pair.cos_theta_d) * ndf.1 * (v(0) * v(1));
+        FRAC_1_PI * (brdf.rho_d + specular)
+    };
+    pairs.iter().map(value).collect()
+}

@@ -1,0 +1,266 @@
+//! Nonlinear least squares inside a box.
+
+use nalgebra::{DMatrix, DVector};
+
+/// The normal equations of Σ r²/2 at one point: its value, gradient and Gauss–Newton Hessian.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NormalEquations {
+    /// Σ r².
+    pub squares: f64,
+    /// Jᵀr.
+    pub gradient: DVector<f64>,
+    /// JᵀJ; its lower triangle is read.
+    pub hessian: DMatrix<f64>,
+}
+
+/// Sums up [`NormalEquations`] of N unknowns, residual by residual, on the stack.
+#[derive(Clone, Debug)]
+pub struct Residuals<const N: usize> {
+    squares: f64,
+    gradient: [f64; N],
+    hessian: [[f64; N]; N],
+}
+
+impl<const N: usize> Residuals<N> {
+    /// No residuals yet.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { squares: 0.0, gradient: [0.0; N], hessian: [[0.0; N]; N] }
+    }
+
+    /// Adds weight·r² with ∂r/∂x = `row`.
+    #[inline]
+    pub fn add(&mut self, weight: f64, residual: f64, row: &[f64; N]) {
+        self.squares += weight * residual * residual;
+        for i in 0..N {
+            let weighted = weight * row[i];
+            self.gradient[i] += weighted * residual;
+            for j in 0..=i {
+                self.hessian[i][j] += weighted * row[j];
+            }
+        }
+    }
+}
+
+impl<const N: usize> From<Residuals<N>> for NormalEquations {
+    fn from(sums: Residuals<N>) -> Self {
+        Self {
+            squares: sums.squares,
+            gradient: DVector::from_column_slice(&sums.gradient),
+            hessian: DMatrix::from_fn(N, N, |i, j| sums.hessian[i][j]),
+        }
+    }
+}
+
+/// lower ≤ x ≤ upper, componentwise; infinities leave a side open.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lower bounds.
+    pub lower: DVector<f64>,
+    /// Upper bounds.
+    pub upper: DVector<f64>,
+}
+
+impl Bounds {
+    /// x ≥ 0 for `n` unknowns.
+    #[must_use]
+    pub fn non_negative(n: usize) -> Self {
+        Self { lower: DVector::zeros(n), upper: DVector::repeat(n, f64::INFINITY) }
+    }
+
+    /// The nearest point of the box.
+    #[must_use]
+    pub fn clamp(&self, x: &DVector<f64>) -> DVector<f64> {
+        x.sup(&self.lower).inf(&self.upper)
+    }
+
+    fn shifted(&self, x: &DVector<f64>) -> Self {
+        Self { lower: &self.lower - x, upper: &self.upper - x }
+    }
+}
+
+/// Where the sum of squares is smallest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Minimum {
+    /// The point.
+    pub x: DVector<f64>,
+    /// Σ r² there.
+    pub squares: f64,
+}
+
+/// Relative decrease of Σ r² below which the iteration ends.
+const CONVERGED: f64 = 1e-10;
+/// Steps tried; each costs one evaluation.
+const MOST_STEPS: usize = 60;
+
+/// The local minimum of Σ r² in the box that Levenberg–Marquardt reaches from `start`.
+///
+/// Each step solves the damped normal equations inside the box exactly ([`box_quadratic`]), so a
+/// bound that is active at the solution costs nothing.
+pub fn minimise(
+    mut equations: impl FnMut(&DVector<f64>) -> NormalEquations,
+    start: &DVector<f64>,
+    bounds: &Bounds,
+) -> Minimum {
+    let mut x = bounds.clamp(start);
+    let mut at = equations(&x);
+    let mut damping = 1e-4;
+    for _ in 0..MOST_STEPS {
+        let step = box_quadratic(&damped(&at.hessian, damping), &at.gradient, &bounds.shifted(&x));
+        let next_x = bounds.clamp(&(&x + step));
+        let next = equations(&next_x);
+        if next.squares <= at.squares {
+            let gain = at.squares - next.squares;
+            (x, at) = (next_x, next);
+            damping = (damping * 0.1).max(1e-12);
+            if gain <= CONVERGED * at.squares {
+                break;
+            }
+        } else if damping > 1e8 {
+            break;
+        } else {
+            damping *= 10.0;
+        }
+    }
+    Minimum { x, squares: at.squares }
+}
+
+/// H + damping·diag(H), with a floor that keeps unseen unknowns where they are.
+fn damped(hessian: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
+    let floor = 1e-14 * hessian.diagonal().max().max(1e-290);
+    let mut damped = hessian.clone();
+    for i in 0..hessian.nrows() {
+        damped[(i, i)] += damping * hessian[(i, i)] + floor;
+    }
+    damped
+}
+
+/// The minimum of ½ xᵀHx + gᵀx in a box that contains 0, H positive definite (its lower triangle
+/// is read).
+///
+/// Primal active set: solve for the free unknowns; walk there until the first bound, which then
+/// holds its unknown; once there, release the bound whose multiplier has the wrong sign most.
+#[must_use]
+pub fn box_quadratic(
+    hessian: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    bounds: &Bounds,
+) -> DVector<f64> {
+    let n = gradient.len();
+    let mut x = bounds.clamp(&DVector::zeros(n));
+    let mut free: Vec<bool> = (0..n).map(|i| bounds.lower[i] < bounds.upper[i]).collect();
+    // Each pass holds or releases one unknown; it ends by itself but for rounding.
+    for _ in 0..8 * n {
+        let Some(step) = newton_step(hessian, &slope(hessian, gradient, &x), &free) else { break };
+        let (length, blocking) = feasible_length(&x, &step, bounds);
+        x = bounds.clamp(&(&x + &step * length));
+        if let Some(i) = blocking {
+            free[i] = false;
+            x[i] = if step[i] > 0.0 { bounds.upper[i] } else { bounds.lower[i] };
+            continue;
+        }
+        match wrong_multiplier(&slope(hessian, gradient, &x), &x, &free, bounds) {
+            Some(i) => free[i] = true,
+            None => break,
+        }
+    }
+    x
+}
+
+/// Hx + g.
+fn slope(hessian: &DMatrix<f64>, gradient: &DVector<f64>, x: &DVector<f64>) -> DVector<f64> {
+    let mut slope = gradient.clone();
+    slope.sygemv(1.0, hessian, x, 1.0);
+    slope
+}
+
+/// −H⁻¹·slope over the free unknowns, 0 for the others.
+fn newton_step(
+    hessian: &DMatrix<f64>,
+    slope: &DVector<f64>,
+    free: &[bool],
+) -> Option<DVector<f64>> {
+    let reduced =
+        DMatrix::from_fn(free.len(), free.len(), |i, j| match (free[i] && free[j], i == j) {
+            (true, _) => hessian[(i, j)],
+            (false, true) => 1.0,
+            (false, false) => 0.0,
+        });
+    let right = DVector::from_fn(free.len(), |i, _| if free[i] { -slope[i] } else { 0.0 });
+    Some(reduced.cholesky()?.solve(&right))
+}
+
+/// How much of `step` stays inside, at most 1, and the unknown that stops it.
+fn feasible_length(x: &DVector<f64>, step: &DVector<f64>, bounds: &Bounds) -> (f64, Option<usize>) {
+    let mut shortest = (1.0, None);
+    for i in 0..x.len() {
+        let room = if step[i] > 0.0 { bounds.upper[i] - x[i] } else { bounds.lower[i] - x[i] };
+        if step[i] != 0.0 && room / step[i] < shortest.0 {
+            shortest = (room / step[i], Some(i));
+        }
+    }
+    shortest
+}
+
+/// The held unknown that most wants to move inwards.
+fn wrong_multiplier(
+    slope: &DVector<f64>,
+    x: &DVector<f64>,
+    free: &[bool],
+    bounds: &Bounds,
+) -> Option<usize> {
+    let pull = |i: &usize| if x[*i] <= bounds.lower[*i] { -slope[*i] } else { slope[*i] };
+    let held = (0..x.len()).filter(|i| !free[*i] && bounds.lower[*i] < bounds.upper[*i]);
+    held.filter(|i| pull(i) > 0.0).max_by(|a, b| pull(a).total_cmp(&pull(b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The minimum over a box by trying every set of active bounds.
+    fn by_enumeration(h: &DMatrix<f64>, g: &DVector<f64>, bounds: &Bounds) -> f64 {
+        let at_state = |code: usize| {
+            let state = [code % 3, code / 3 % 3, code / 9];
+            let x = DVector::from_fn(3, |i, _| [0.0, bounds.lower[i], bounds.upper[i]][state[i]]);
+            let step = newton_step(h, &slope(h, g, &x), &state.map(|s| s == 0));
+            x + step.expect("positive definite")
+        };
+        let inside = (0..27).map(at_state).filter(|x| (bounds.clamp(x) - x).norm() < 1e-9);
+        inside.map(|x| 0.5 * x.dot(&(h * &x)) + g.dot(&x)).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn box_quadratic_is_the_best_of_all_active_sets() {
+        let bounds = Bounds {
+            lower: DVector::from_vec(vec![-1.0, 0.0, -0.5]),
+            upper: DVector::from_vec(vec![0.5, 2.0, 0.0]),
+        };
+        for seed in 0..200 {
+            let random = |k: usize| ((seed * 37 + k) as f64 * 12.9898).sin() * 3.0;
+            let a = DMatrix::from_fn(3, 3, |i, j| random(3 * i + j));
+            let h = &a * a.transpose() + DMatrix::identity(3, 3) * 0.1;
+            let g = DVector::from_fn(3, |i, _| random(20 + i) * 2.0);
+            let x = box_quadratic(&h, &g, &bounds);
+            let value = 0.5 * x.dot(&(&h * &x)) + g.dot(&x);
+            assert!(value <= by_enumeration(&h, &g, &bounds) + 1e-9, "seed {seed}");
+            assert_eq!(bounds.clamp(&x), x);
+        }
+    }
+
+    #[test]
+    fn recovers_an_exponential() {
+        let truth = [3.0, 0.7];
+        let equations = |x: &DVector<f64>| {
+            let mut sums = Residuals::none();
+            for t in (0..20).map(|i| f64::from(i) * 0.2) {
+                let (decay, exact) = ((-x[1] * t).exp(), truth[0] * (-truth[1] * t).exp());
+                sums.add(1.0, x[0] * decay - exact, &[decay, -x[0] * t * decay]);
+            }
+            sums.into()
+        };
+        let start = DVector::from_vec(vec![0.1, 5.0]);
+        let found = minimise(equations, &start, &Bounds::non_negative(2));
+        assert!((found.x[0] - truth[0]).abs() < 1e-6 && (found.x[1] - truth[1]).abs() < 1e-6);
+    }
+}
