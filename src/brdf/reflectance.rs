@@ -16,6 +16,13 @@ pub trait Reflectance: Sync {
     /// f(wi, wo) \[1/sr\] per channel.
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
 
+    /// f of every pair `[wi, wo]` into the slot of the same index.
+    fn eval_all(&self, pairs: &[[DVec3; 2]], f: &mut [[f64; 3]]) {
+        for (slot, [wi, wo]) in f.iter_mut().zip(pairs) {
+            *slot = self.eval(*wi, *wo);
+        }
+    }
+
     /// A direction to the light for `wo`, from three uniform numbers in [0, 1); `None` where the
     /// draw falls below the horizon.
     ///

@@ -62,7 +62,11 @@ pub fn under_sun(reflectance: &dyn Reflectance, sun: Sun, size: usize) -> Film {
             Pixel { rgb: reflectance.eval(wi, wo).map(|f| f * scale), alpha: 1.0 }
         })
     };
-    Film { size, pixels: (0..size * size).into_par_iter().map(pixel).collect() }
+    Film {
+        width: size,
+        height: size,
+        pixels: (0..size * size).into_par_iter().map(pixel).collect(),
+    }
 }
 
 #[cfg(test)]
@@ -74,7 +78,9 @@ mod tests {
 
     #[test]
     fn frames_are_orthonormal_and_keep_the_normal() {
-        for normal in [DVec3::Z, DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8), DVec3::new(0.48, 0.6, 0.64)] {
+        for normal in
+            [DVec3::Z, DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8), DVec3::new(0.48, 0.6, 0.64)]
+        {
             let m = frame(normal);
             assert!((m * m.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-14));
             assert!((m.determinant() - 1.0).abs() < 1e-14);

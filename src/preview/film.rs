@@ -6,12 +6,14 @@ use image::{ExtendedColorType, ImageEncoder as _};
 
 use crate::preview::colour::{delta_e2000, to_srgb8};
 
-/// A square linear RGB image, rows from the top.
+/// A linear RGB image, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
-    /// Width and height in pixels.
-    pub size: usize,
-    /// The pixels, `size` a row.
+    /// Pixels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The pixels, row by row.
     pub pixels: Vec<Pixel>,
 }
 
@@ -47,14 +49,14 @@ pub struct DeltaE {
 }
 
 impl Film {
-    /// Tone-mapped 8-bit sRGB with alpha, as PNG bytes; the text chunk names the generator.
+    /// Tone-mapped 8-bit sRGB with alpha, as PNG bytes.
     ///
     /// # Errors
     ///
     /// The encoder refuses the size.
     pub fn to_png(&self) -> Result<Vec<u8>, FilmError> {
         let rgba: Vec<u8> = self.pixels.iter().flat_map(|p| png_pixel(*p)).collect();
-        encode_png(&rgba, self.size)
+        encode_png(&rgba, self.width, self.height)
     }
 
     /// Linear radiance times coverage, and coverage, as EXR bytes (32-bit float, ZIP).
@@ -65,16 +67,28 @@ impl Film {
     pub fn to_exr(&self) -> Result<Vec<u8>, FilmError> {
         use exr::prelude::{Image, SpecificChannels, Text, WritableImage as _};
         let pixel = |at: exr::math::Vec2<usize>| {
-            let Pixel { rgb, alpha } = self.pixels[at.y() * self.size + at.x()];
+            let Pixel { rgb, alpha } = self.pixels[at.y() * self.width + at.x()];
             let [r, g, b] = rgb.map(|c| (c * alpha) as f32);
             (r, g, b, alpha as f32)
         };
-        let mut image = Image::from_channels((self.size, self.size), SpecificChannels::rgba(pixel));
+        let mut image =
+            Image::from_channels((self.width, self.height), SpecificChannels::rgba(pixel));
         image.layer_data.attributes.software_name = Text::new_or_none(GENERATOR);
         image.layer_data.encoding.compression = exr::compression::Compression::ZIP16;
         let mut bytes = Cursor::new(Vec::new());
         image.write().non_parallel().to_buffered(&mut bytes)?;
         Ok(bytes.into_inner())
+    }
+
+    /// Images of one height, from left to right.
+    #[must_use]
+    pub fn beside(films: &[Self]) -> Self {
+        let height = films.iter().map(|film| film.height).min().unwrap_or(0);
+        let rows = (0..height).flat_map(|row| {
+            films.iter().flat_map(move |film| &film.pixels[row * film.width..][..film.width])
+        });
+        let width = films.iter().map(|film| film.width).sum();
+        Self { width, height, pixels: rows.copied().collect() }
     }
 
     /// ΔE2000 against another image of the same view.
@@ -83,8 +97,7 @@ impl Film {
         let difference = |(a, b): (&Pixel, &Pixel)| {
             (a.alpha > 0.0 && b.alpha > 0.0).then(|| delta_e2000(a.rgb, b.rgb))
         };
-        let map: Vec<Option<f64>> =
-            self.pixels.iter().zip(&other.pixels).map(difference).collect();
+        let map: Vec<Option<f64>> = self.pixels.iter().zip(&other.pixels).map(difference).collect();
         let covered = map.iter().flatten();
         DeltaE {
             mean: covered.clone().sum::<f64>() / covered.clone().count().max(1) as f64,
@@ -102,20 +115,15 @@ fn png_pixel(pixel: Pixel) -> [u8; 4] {
     [r, g, b, (pixel.alpha * 255.0).round() as u8]
 }
 
-/// A square RGBA image as PNG bytes.
+/// An RGBA image as PNG bytes.
 ///
 /// # Errors
 ///
 /// The encoder refuses the size.
-pub fn encode_png(rgba: &[u8], size: usize) -> Result<Vec<u8>, FilmError> {
+pub fn encode_png(rgba: &[u8], width: usize, height: usize) -> Result<Vec<u8>, FilmError> {
     let mut bytes = Vec::new();
-    let side = size as u32;
-    image::codecs::png::PngEncoder::new(&mut bytes).write_image(
-        rgba,
-        side,
-        side,
-        ExtendedColorType::Rgba8,
-    )?;
+    let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+    encoder.write_image(rgba, width as u32, height as u32, ExtendedColorType::Rgba8)?;
     Ok(bytes)
 }
 
@@ -126,7 +134,7 @@ mod tests {
     fn film(rgb: [f64; 3]) -> Film {
         let mut pixels = vec![Pixel { rgb, alpha: 1.0 }; 16];
         pixels[3] = Pixel::default();
-        Film { size: 4, pixels }
+        Film { width: 4, height: 4, pixels }
     }
 
     #[test]
@@ -153,7 +161,9 @@ mod tests {
             .largest_resolution_level()
             .rgba_channels(
                 |size, _| (size.width(), vec![[0.0; 4]; size.area()]),
-                |(width, pixels): &mut (usize, Vec<[f32; 4]>), at, (r, g, b, a): (f32, f32, f32, f32)| {
+                |(width, pixels): &mut (usize, Vec<[f32; 4]>),
+                 at,
+                 (r, g, b, a): (f32, f32, f32, f32)| {
                     pixels[at.y() * *width + at.x()] = [r, g, b, a];
                 },
             )

@@ -6,6 +6,13 @@
 
 pub mod ball;
 pub mod colour;
+pub mod environment;
 pub mod film;
+pub mod proposal;
+pub mod render;
+pub mod shape;
 
+pub use environment::Environment;
 pub use film::Film;
+pub use proposal::Proposal;
+pub use shape::Shape;

@@ -1,0 +1,328 @@
+//! Distant light from every direction: an equirectangular image, sampled where it is bright.
+
+use std::f64::consts::{FRAC_1_PI, PI, TAU};
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::preview::colour::luminance;
+
+/// Radiance from every direction, constant over each texel of an equirectangular image.
+///
+/// y points up; the image's first row is the zenith, its centre the direction −z, and its
+/// columns turn to the right seen from inside.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    width: usize,
+    height: usize,
+    texels: Vec<Texel>,
+    /// Cumulative share of rows 0..=i; the last is 1.
+    rows: Vec<f64>,
+    /// Per row, the cumulative share of its columns.
+    columns: Vec<f32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Texel {
+    rgb: [f32; 3],
+    /// Sampling density per unit of the image plane (u, v).
+    density: f32,
+}
+
+/// Light drawn from, or seen in, a direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arriving {
+    /// Unit direction to the light.
+    pub direction: DVec3,
+    /// Radiance from there.
+    pub radiance: [f64; 3],
+    /// Density of [`Environment::sample`] there \[1/sr\].
+    pub pdf: f64,
+}
+
+/// An environment image that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum EnvironmentError {
+    /// The file cannot be read or decoded.
+    #[error("cannot read {}: {reason}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// Decoded, but no light: empty, black, negative or not finite everywhere.
+    #[error("the environment gives no light: accepted is an image with finite, positive radiance")]
+    Dark,
+}
+
+impl Environment {
+    /// The environment of an equirectangular image, `width` pixels a row.
+    ///
+    /// Radiance that is negative or not finite counts as 0.
+    ///
+    /// # Errors
+    ///
+    /// [`EnvironmentError::Dark`] where nothing is left, or the image is empty.
+    pub fn new(width: usize, pixels: &[[f32; 3]]) -> Result<Self, EnvironmentError> {
+        let height = pixels.len().checked_div(width).unwrap_or(0);
+        let clean = |c: f32| if c.is_finite() { c.max(0.0) } else { 0.0 };
+        let mut texels: Vec<Texel> = pixels[..width * height]
+            .iter()
+            .map(|rgb| Texel { rgb: rgb.map(clean), density: 0.0 })
+            .collect();
+        let sums = weigh(&mut texels, width, height);
+        let total: f64 = sums.iter().sum();
+        if !(total > 0.0 && total.is_finite()) {
+            return Err(EnvironmentError::Dark);
+        }
+        let scale = (width * height) as f64 / total;
+        let columns = texels.chunks(width).flat_map(cumulative_columns).collect();
+        for texel in &mut texels {
+            texel.density = (f64::from(texel.density) * scale) as f32;
+        }
+        Ok(Self { width, height, texels, rows: cumulative(&sums, total), columns })
+    }
+
+    /// Reads an equirectangular `.hdr` or `.exr` image.
+    ///
+    /// # Errors
+    ///
+    /// [`EnvironmentError`]: the file cannot be read or decoded, or gives no light.
+    pub fn load(path: &Path) -> Result<Self, EnvironmentError> {
+        let unreadable =
+            |reason: String| EnvironmentError::Unreadable { path: path.to_owned(), reason };
+        let is_exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let (width, pixels) =
+            if is_exr { read_exr(path) } else { read_hdr(path) }.map_err(unreadable)?;
+        Self::new(width, &pixels)
+    }
+
+    /// The built-in lights: a grey room brighter above, a large soft key light from the upper
+    /// left, a fill from the right and a rim light from behind.
+    #[must_use]
+    pub fn studio() -> Self {
+        const WIDTH: usize = 256;
+        let pixels: Vec<[f32; 3]> = (0..WIDTH * WIDTH / 2)
+            .map(|index| {
+                let [u, v] = texel_centre(index, WIDTH, WIDTH / 2);
+                studio_radiance(direction_at(u, v)).map(|c| c as f32)
+            })
+            .collect();
+        Self::new(WIDTH, &pixels).expect("the lights are on")
+    }
+
+    /// Radiance and sampling density in a direction.
+    #[must_use]
+    pub fn look(&self, direction: DVec3) -> Arriving {
+        let (u, v) = coordinates(direction);
+        let column = ((u * self.width as f64) as usize).min(self.width - 1);
+        let row = ((v * self.height as f64) as usize).min(self.height - 1);
+        self.arriving(direction, row * self.width + column)
+    }
+
+    /// A direction of density proportional to the luminance, from two uniform numbers in [0, 1).
+    #[must_use]
+    pub fn sample(&self, u: [f64; 2]) -> Arriving {
+        let row = self.rows.partition_point(|share| *share <= u[1]).min(self.height - 1);
+        let columns = &self.columns[row * self.width..][..self.width];
+        let column = columns.partition_point(|share| f64::from(*share) <= u[0]).min(self.width - 1);
+        let above = row.checked_sub(1).map_or(0.0, |row| self.rows[row]);
+        let within_row = fraction(u[1], above, self.rows[row]);
+        let left = column.checked_sub(1).map_or(0.0, |column| f64::from(columns[column]));
+        let within_column = fraction(u[0], left, f64::from(columns[column]));
+        let direction = direction_at(
+            (column as f64 + within_column) / self.width as f64,
+            (row as f64 + within_row) / self.height as f64,
+        );
+        self.arriving(direction, row * self.width + column)
+    }
+
+    fn arriving(&self, direction: DVec3, texel: usize) -> Arriving {
+        let Texel { rgb, density } = self.texels[texel];
+        // dω = 2π² sinθ du dv
+        let sin_theta = direction.x.hypot(direction.z).max(1e-9);
+        let pdf = f64::from(density) * 0.5 * FRAC_1_PI * FRAC_1_PI / sin_theta;
+        Arriving { direction, radiance: rgb.map(f64::from), pdf }
+    }
+}
+
+/// Sets every texel's density to luminance · sinθ, and gives the sum of each row.
+fn weigh(texels: &mut [Texel], width: usize, height: usize) -> Vec<f64> {
+    let row = |(row, texels): (usize, &mut [Texel])| {
+        let sin_theta = (PI * (row as f64 + 0.5) / height as f64).sin();
+        texels
+            .iter_mut()
+            .map(|texel| {
+                texel.density = (luminance(texel.rgb.map(f64::from)) * sin_theta) as f32;
+                f64::from(texel.density)
+            })
+            .sum()
+    };
+    texels.par_chunks_mut(width.max(1)).enumerate().map(row).collect()
+}
+
+fn cumulative(weights: &[f64], total: f64) -> Vec<f64> {
+    weights
+        .iter()
+        .scan(0.0, |sum, weight| {
+            *sum += weight;
+            Some(*sum / total)
+        })
+        .collect()
+}
+
+fn cumulative_columns(row: &[Texel]) -> Vec<f32> {
+    let weights: Vec<f64> = row.iter().map(|texel| f64::from(texel.density)).collect();
+    let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    cumulative(&weights, total).into_iter().map(|share| share as f32).collect()
+}
+
+/// Where `u` lies between two cumulative shares, in [0, 1].
+fn fraction(u: f64, below: f64, above: f64) -> f64 {
+    if above > below { ((u - below) / (above - below)).clamp(0.0, 1.0) } else { 0.5 }
+}
+
+/// (u, v) of texel `index`'s centre, row by row.
+fn texel_centre(index: usize, width: usize, height: usize) -> [f64; 2] {
+    let (column, row) = (index % width, index / width);
+    [(column as f64 + 0.5) / width as f64, (row as f64 + 0.5) / height as f64]
+}
+
+/// The direction of image coordinates: polar angle πv from +y, azimuth 2π(u − ½) from −z.
+fn direction_at(u: f64, v: f64) -> DVec3 {
+    let (sin_theta, cos_theta) = (PI * v).sin_cos();
+    let (sin_phi, cos_phi) = (TAU * (u - 0.5)).sin_cos();
+    DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
+}
+
+/// Image coordinates (u, v) in [0, 1] of a unit direction.
+fn coordinates(direction: DVec3) -> (f64, f64) {
+    let u = 0.5 + direction.x.atan2(-direction.z) / TAU;
+    (u, direction.y.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
+}
+
+/// The built-in lights: (direction, cosine of the light's half angle, radiance).
+const STUDIO: [(DVec3, f64, f64); 3] = [
+    (DVec3::new(-0.5, 0.6, 0.62), 0.93, 9.0),
+    (DVec3::new(0.9, 0.1, 0.42), 0.90, 1.6),
+    (DVec3::new(0.35, 0.75, -0.56), 0.96, 12.0),
+];
+
+fn studio_radiance(direction: DVec3) -> [f64; 3] {
+    let room = 0.18 + 0.17 * direction.y;
+    let lamp = |(to_lamp, cos_edge, radiance): (DVec3, f64, f64)| {
+        let cos = direction.dot(to_lamp.normalize());
+        // A soft edge, so that its mirror image shows no staircase.
+        radiance * ((cos - cos_edge) / (0.1 * (1.0 - cos_edge))).clamp(0.0, 1.0)
+    };
+    [room + STUDIO.into_iter().map(lamp).sum::<f64>(); 3]
+}
+
+/// Larger sides than any panorama in use; sizes are checked before pixels are allocated.
+const LARGEST_SIDE: u32 = 32768;
+
+fn read_hdr(path: &Path) -> Result<(usize, Vec<[f32; 3]>), String> {
+    let mut reader = image::ImageReader::open(path)
+        .and_then(image::ImageReader::with_guessed_format)
+        .map_err(|error| error.to_string())?;
+    let mut limits = image::Limits::default();
+    limits.max_image_width = Some(LARGEST_SIDE);
+    limits.max_image_height = Some(LARGEST_SIDE);
+    limits.max_alloc = Some(4 << 30);
+    reader.limits(limits);
+    let image = reader.decode().map_err(|error| error.to_string())?.into_rgb32f();
+    Ok((image.width() as usize, image.pixels().map(|pixel| pixel.0).collect()))
+}
+
+fn read_exr(path: &Path) -> Result<(usize, Vec<[f32; 3]>), String> {
+    use exr::prelude::{ReadChannels as _, ReadLayers as _, read};
+    let meta = exr::meta::MetaData::read_from_file(path, false).map_err(|e| e.to_string())?;
+    if meta
+        .headers
+        .iter()
+        .any(|header| header.layer_size.0.max(header.layer_size.1) > LARGEST_SIDE as usize)
+    {
+        return Err(format!("a side is longer than {LARGEST_SIDE} pixels"));
+    }
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| (size.width(), vec![[0.0_f32; 3]; size.area()]),
+            |(width, pixels): &mut (usize, Vec<[f32; 3]>), at, (r, g, b): (f32, f32, f32)| {
+                pixels[at.y() * *width + at.x()] = [r, g, b];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|error| error.to_string())?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_pcg::Pcg64Mcg;
+
+    fn uneven() -> Environment {
+        let pixels: Vec<[f32; 3]> = (0..16 * 8)
+            .map(|i| [((i * 37) % 11) as f32, if i == 40 { 500.0 } else { 0.3 }, 0.1])
+            .collect();
+        Environment::new(16, &pixels).expect("gives light")
+    }
+
+    #[test]
+    fn directions_and_coordinates_are_inverse() {
+        for [u, v] in [[0.1, 0.2], [0.5, 0.5], [0.9, 0.7]] {
+            let (u2, v2) = coordinates(direction_at(u, v));
+            assert!((u - u2).abs() < 1e-12 && (v - v2).abs() < 1e-12);
+        }
+        assert!((direction_at(0.5, 0.5) - DVec3::NEG_Z).length() < 1e-12);
+        assert!(direction_at(0.75, 0.5).x > 0.99, "columns turn to the right");
+    }
+
+    #[test]
+    fn what_is_drawn_has_the_density_that_is_seen() {
+        let environment = uneven();
+        let mut rng = Pcg64Mcg::seed_from_u64(1);
+        for _ in 0..2000 {
+            let drawn = environment.sample(rng.random());
+            let seen = environment.look(drawn.direction);
+            assert!((drawn.direction.length() - 1.0).abs() < 1e-12);
+            assert!((seen.pdf / drawn.pdf - 1.0).abs() < 1e-6 && seen.radiance == drawn.radiance);
+        }
+    }
+
+    #[test]
+    fn the_density_integrates_to_one_and_the_light_to_its_sum() {
+        let environment = uneven();
+        let (mut pdf, mut light) = (0.0, 0.0);
+        let (width, height) = (320, 320);
+        for index in 0..width * height {
+            let [u, v] = texel_centre(index, width, height);
+            let seen = environment.look(direction_at(u, v));
+            let solid_angle = 2.0 * PI * PI * (PI * v).sin() / (width * height) as f64;
+            pdf += seen.pdf * solid_angle;
+            light += luminance(seen.radiance) * solid_angle;
+        }
+        assert!((pdf - 1.0).abs() < 1e-4, "{pdf}");
+        let mut rng = Pcg64Mcg::seed_from_u64(2);
+        let draws = 20_000;
+        let estimate: f64 = (0..draws)
+            .map(|_| environment.sample(rng.random()))
+            .map(|drawn| luminance(drawn.radiance) / drawn.pdf / f64::from(draws))
+            .sum();
+        assert!((estimate / light - 1.0).abs() < 0.02, "{estimate} {light}");
+    }
+
+    #[test]
+    fn no_light_is_an_error() {
+        assert!(matches!(Environment::new(4, &[[0.0; 3]; 8]), Err(EnvironmentError::Dark)));
+        assert!(matches!(Environment::new(0, &[]), Err(EnvironmentError::Dark)));
+        assert!(Environment::new(2, &[[f32::NAN, -1.0, 1.0]; 2]).is_ok());
+    }
+}

@@ -1,0 +1,285 @@
+//! The picture of a shape under an environment, by Monte Carlo integration.
+
+use glam::DVec3;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+
+use crate::brdf::Reflectance;
+use crate::brdf::eval::above_horizon;
+use crate::preview::ball::{TO_VIEWER, frame};
+use crate::preview::colour::luminance;
+use crate::preview::environment::{Arriving, Environment};
+use crate::preview::film::{Film, Pixel};
+use crate::preview::proposal::Proposal;
+use crate::preview::shape::{Hit, Shape};
+
+/// How much work a picture is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quality {
+    /// Width and height in pixels.
+    pub size: usize,
+    /// Directions to the light per pixel, rounded up to a multiple of [`DIRECTIONS`].
+    pub samples: usize,
+    /// The same seed gives the same picture, on any number of threads.
+    pub seed: u64,
+}
+
+/// A picture and how noisy it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Render {
+    /// The picture.
+    pub film: Film,
+    /// Root mean square over the object of a pixel's standard error of luminance, relative to the
+    /// object's mean luminance.
+    pub noise: f64,
+}
+
+/// Directions traced from one point of a pixel: half drawn where the environment is bright, half
+/// where the surface reflects.
+pub const DIRECTIONS: usize = 16;
+
+/// One picture per model, all from the same random directions, `row_done` called after each row.
+///
+/// # Formula
+///
+/// L = ∫ f(wi, wo) L(wi) cosθi dωi ≈ 1/n Σ f L cosθi/q, with n/2 directions from each of two
+/// densities and q = (p_environment + p_surface)/2: the balance heuristic of Veach and Guibas
+/// (1995).
+#[must_use]
+pub fn render<const MODELS: usize>(
+    shape: &Shape,
+    environment: &Environment,
+    proposal: &Proposal,
+    models: [&dyn Reflectance; MODELS],
+    quality: Quality,
+    row_done: &(dyn Fn() + Sync),
+) -> [Render; MODELS] {
+    let view = View { shape, environment, proposal, models, quality };
+    let rows: Vec<Vec<[Seen; MODELS]>> = (0..quality.size)
+        .into_par_iter()
+        .map(|row| {
+            let mut paths = Paths::default();
+            let seen =
+                (0..quality.size).map(|column| view.pixel(column, row, &mut paths)).collect();
+            row_done();
+            seen
+        })
+        .collect();
+    std::array::from_fn(|model| {
+        develop(quality.size, rows.iter().flatten().map(|seen| seen[model]))
+    })
+}
+
+/// A pixel and the squared standard error of its luminance.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    pixel: Pixel,
+    variance: f64,
+}
+
+fn develop(size: usize, seen: impl Iterator<Item = Seen> + Clone) -> Render {
+    let covered = seen.clone().filter(|seen| seen.pixel.alpha > 0.0);
+    let count = covered.clone().count().max(1) as f64;
+    let mean = covered.clone().map(|seen| luminance(seen.pixel.rgb)).sum::<f64>() / count;
+    let variance = covered.map(|seen| seen.variance).sum::<f64>() / count;
+    let noise = if mean > 0.0 { variance.sqrt() / mean } else { 0.0 };
+    Render {
+        film: Film { width: size, height: size, pixels: seen.map(|s| s.pixel).collect() },
+        noise,
+    }
+}
+
+struct View<'a, const MODELS: usize> {
+    shape: &'a Shape,
+    environment: &'a Environment,
+    proposal: &'a Proposal,
+    models: [&'a dyn Reflectance; MODELS],
+    quality: Quality,
+}
+
+/// The directions of one pixel; kept between pixels for its memory.
+#[derive(Default)]
+struct Paths {
+    pairs: Vec<[DVec3; 2]>,
+    /// L cosθi/q.
+    light: Vec<[f64; 3]>,
+    /// Paths before each point's first.
+    points: Vec<usize>,
+    f: Vec<[f64; 3]>,
+}
+
+impl<const MODELS: usize> View<'_, MODELS> {
+    fn pixel(&self, column: usize, row: usize, paths: &mut Paths) -> [Seen; MODELS] {
+        let index = (row * self.quality.size + column) as u64;
+        let mut rng = Pcg64Mcg::seed_from_u64(self.quality.seed ^ (index + 1).wrapping_mul(STREAM));
+        let points = self.quality.samples.div_ceil(DIRECTIONS).max(1);
+        paths.clear();
+        let start: [f64; 2] = rng.random();
+        for point in 0..points {
+            let [x, y] = self.picture_point(column, row, spread(start, point));
+            if let Some(hit) = self.shape.seen_at(x, y) {
+                self.trace(&hit, &mut rng, paths);
+            }
+        }
+        let alpha = paths.points.len() as f64 / points as f64;
+        self.models.map(|model| paths.seen(model, alpha))
+    }
+
+    /// The picture plane's point at `offset` in [0, 1)² of a pixel.
+    fn picture_point(&self, column: usize, row: usize, offset: [f64; 2]) -> [f64; 2] {
+        let scale = 2.0 / self.quality.size as f64;
+        [(column as f64 + offset[0]) * scale - 1.0, 1.0 - (row as f64 + offset[1]) * scale]
+    }
+
+    fn trace(&self, hit: &Hit, rng: &mut Pcg64Mcg, paths: &mut Paths) {
+        paths.points.push(paths.pairs.len());
+        let to_world = frame(hit.normal);
+        let to_local = to_world.transpose();
+        let wo = to_local * TO_VIEWER;
+        for _ in 0..DIRECTIONS / 2 {
+            let lamp = self.environment.sample(rng.random());
+            self.connect(hit, wo, to_local * lamp.direction, lamp, paths);
+            if let Some(wi) = self.proposal.sample(wo, rng.random()) {
+                let lamp = self.environment.look(to_world * wi);
+                self.connect(hit, wo, wi, lamp, paths);
+            }
+        }
+    }
+
+    fn connect(&self, hit: &Hit, wo: DVec3, wi: DVec3, lamp: Arriving, paths: &mut Paths) {
+        if !(above_horizon(wi) && above_horizon(wo)) || self.shape.shadows(hit, lamp.direction) {
+            return;
+        }
+        let density = 0.5 * (lamp.pdf + self.proposal.pdf(wi, wo));
+        paths.pairs.push([wi, wo]);
+        paths.light.push(lamp.radiance.map(|radiance| radiance * wi.z / density));
+    }
+}
+
+impl Paths {
+    fn clear(&mut self) {
+        self.pairs.clear();
+        self.light.clear();
+        self.points.clear();
+    }
+
+    /// What the pixel shows when `model` reflects the light of these paths.
+    fn seen(&mut self, model: &dyn Reflectance, alpha: f64) -> Seen {
+        if self.points.is_empty() {
+            return Seen::default();
+        }
+        self.f.resize(self.pairs.len(), [0.0; 3]);
+        model.eval_all(&self.pairs, &mut self.f);
+        let ends = self.points.iter().skip(1).copied().chain([self.pairs.len()]);
+        let (mut sum, mut squares) = (DVec3::ZERO, 0.0);
+        for (start, end) in self.points.iter().copied().zip(ends) {
+            let reflected = self.reflected(start, end);
+            sum += reflected;
+            squares += luminance(reflected.to_array()).powi(2);
+        }
+        let points = self.points.len() as f64;
+        let mean = sum / points;
+        let spread = squares / points - luminance(mean.to_array()).powi(2);
+        let variance = spread.max(0.0) / (points - 1.0).max(1.0);
+        Seen { pixel: Pixel { rgb: mean.to_array(), alpha }, variance }
+    }
+
+    /// 1/n Σ f L cosθi/q over one point's paths.
+    fn reflected(&self, start: usize, end: usize) -> DVec3 {
+        let paths = self.f[start..end].iter().zip(&self.light[start..end]);
+        let sum: DVec3 = paths.map(|(f, light)| DVec3::from(*f) * DVec3::from(*light)).sum();
+        sum / DIRECTIONS as f64
+    }
+}
+
+/// An odd constant that tells the random streams of pixels apart (2⁶⁴/golden ratio).
+const STREAM: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// The R2 sequence from a random start: evenly spread over the pixel for any number of points.
+fn spread(start: [f64; 2], index: usize) -> [f64; 2] {
+    const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+    std::array::from_fn(|axis| (start[axis] + index as f64 * STEP[axis]).fract())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::SgdBrdf;
+    use crate::material::find;
+    use crate::microfacet::masking::MaskingKind;
+    use std::f64::consts::FRAC_1_PI;
+
+    /// Reflects half of all light, evenly.
+    struct Matte;
+
+    impl Reflectance for Matte {
+        fn eval(&self, _: DVec3, _: DVec3) -> [f64; 3] {
+            [0.5 * FRAC_1_PI; 3]
+        }
+    }
+
+    const QUALITY: Quality = Quality { size: 24, samples: 64, seed: 7 };
+
+    fn gold() -> (Proposal, SgdBrdf) {
+        let material = &find("gold-paint").expect("in the catalogue").material;
+        (Proposal::new(material), SgdBrdf::new(material, MaskingKind::Fitted))
+    }
+
+    #[test]
+    fn a_matte_ball_in_an_even_room_has_its_albedo() {
+        let room = Environment::new(8, &[[2.0; 3]; 32]).expect("lit");
+        let [matte] = render(&Shape::Ball, &room, &gold().0, [&Matte], QUALITY, &|| ());
+        let covered: Vec<&Pixel> = matte.film.pixels.iter().filter(|p| p.alpha == 1.0).collect();
+        let mean = covered.iter().map(|p| p.rgb[1]).sum::<f64>() / covered.len() as f64;
+        assert!(
+            (mean - 1.0).abs() < 3.0 * matte.noise / (covered.len() as f64).sqrt() + 1e-3,
+            "{mean}"
+        );
+        assert!(matte.noise < 0.2, "{}", matte.noise);
+    }
+
+    #[test]
+    fn threads_do_not_change_the_picture() {
+        let (proposal, gold) = gold();
+        let room = Environment::studio();
+        let picture = |threads: usize| {
+            let pool =
+                rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| render(&Shape::Ball, &room, &proposal, [&gold], QUALITY, &|| ()))
+        };
+        assert!(picture(1) == picture(3));
+        let other = Quality { seed: 8, ..QUALITY };
+        assert!(picture(1) != render(&Shape::Ball, &room, &proposal, [&gold], other, &|| ()));
+    }
+
+    /// The standard error that is stated against the scatter of pictures with other seeds.
+    #[test]
+    fn the_noise_is_as_stated() {
+        let (proposal, gold) = gold();
+        let room = Environment::studio();
+        let pictures: Vec<Render> = (0..8)
+            .map(|seed| {
+                let [picture] = render(
+                    &Shape::Ball,
+                    &room,
+                    &proposal,
+                    [&gold],
+                    Quality { seed, ..QUALITY },
+                    &|| (),
+                );
+                picture
+            })
+            .collect();
+        let values = |i: usize| pictures.iter().map(move |p| luminance(p.film.pixels[i].rgb));
+        let inside: Vec<usize> =
+            (0..24 * 24).filter(|i| pictures[0].film.pixels[*i].alpha == 1.0).collect();
+        let mean = |i: usize| values(i).sum::<f64>() / 8.0;
+        let scatter = |i: usize| values(i).map(|v| (v - mean(i)).powi(2)).sum::<f64>() / 7.0;
+        let count = inside.len() as f64;
+        let average = inside.iter().map(|i| mean(*i)).sum::<f64>() / count;
+        let measured = (inside.iter().map(|i| scatter(*i)).sum::<f64>() / count).sqrt() / average;
+        let stated = pictures.iter().map(|p| p.noise).sum::<f64>() / 8.0;
+        assert!(measured < 1.1 * stated && stated < 2.0 * measured, "{measured} {stated}");
+    }
+}
