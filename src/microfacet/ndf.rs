@@ -45,6 +45,24 @@ impl SgdNdf {
         self.peak
     }
 
+    /// The width α.
+    #[must_use]
+    pub fn alpha(&self) -> f64 {
+        self.alpha
+    }
+
+    /// The exponent p of the power factor.
+    #[must_use]
+    pub fn p(&self) -> f64 {
+        self.p
+    }
+
+    /// ln(D·cos⁴θ / D(0)) = −x/α − p ln(1 + x/α²) at x = tan²θ; 0 at the peak, never above.
+    #[must_use]
+    pub fn log_decay(&self, tan2_theta: f64) -> f64 {
+        -tan2_theta / self.alpha - self.p * (tan2_theta / self.alpha / self.alpha).ln_1p()
+    }
+
     /// D·cos⁴θ = P22(x)/π at x = tan²θ.
     #[must_use]
     pub fn slope_density(&self, tan2_theta: f64) -> f64 {
