@@ -19,7 +19,9 @@
 
 pub mod brdf;
 pub mod cli;
+pub mod encode;
 pub mod fit;
+pub mod lut;
 pub mod material;
 pub mod math;
 pub mod microfacet;

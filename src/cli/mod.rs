@@ -5,6 +5,7 @@ pub mod failure;
 pub mod output;
 pub mod selection;
 
+mod bake;
 mod eval;
 mod materials;
 mod slice;
@@ -44,6 +45,8 @@ enum Command {
     Eval(eval::Arguments),
     /// The factors D, Λ, G1 and F against one angle
     Slice(slice::Arguments),
+    /// Lookup textures and the manifest that tells how to decode them
+    Bake(bake::Arguments),
 }
 
 /// Parses the process's arguments, runs the command and reports its exit code.
@@ -64,5 +67,6 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Materials(arguments) => materials::run(arguments, output),
         Command::Eval(arguments) => eval::run(arguments, output),
         Command::Slice(arguments) => slice::run(arguments, output),
+        Command::Bake(arguments) => bake::run(arguments, output),
     }
 }

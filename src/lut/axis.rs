@@ -1,9 +1,9 @@
 //! Texture axes: which variable runs along one, and the warp that spreads the error evenly.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// The variable along an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Variable {
     /// tan²θh of the half vector, in [0, ∞].
@@ -19,17 +19,17 @@ pub enum Variable {
 }
 
 /// An axis of a texture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Axis {
     /// The variable.
     pub variable: Variable,
     /// How the variable becomes a coordinate; a row has none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub warp: Option<Warp>,
 }
 
 /// A map from a variable x to a coordinate u in \[0, 1\], with constants per row of the texture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Warp {
     /// u = x.

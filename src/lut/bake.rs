@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::lut::axis::Axis;
 use crate::lut::quantity::Quantity;
 use crate::lut::row::{Placed, Row, sharing_key};
 use crate::lut::table::{Depth, ErrorNote, Table, Texels};
 use crate::material::{Channel, Material};
-use crate::microfacet::SgdNdf;
 use crate::microfacet::masking::MaskingKind;
 
 /// Texels along the first axis that a texture may have: what GPUs take.
@@ -50,7 +50,7 @@ pub struct Baked {
 }
 
 /// A channel whose lobe is not stored.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LeftOut {
     /// The material.
     pub material: String,
@@ -117,11 +117,7 @@ fn assign_rows(materials: &[&Material], kind: MaskingKind) -> (Vec<Row>, Vec<Pla
                 rows.push(Row::new(material, kind, visible));
                 rows.len() - 1
             });
-            let peak = |c: usize| {
-                let params = &material.channels[c];
-                SgdNdf::new(params.alpha, params.p).peak()
-            };
-            Placed { row: Some(row), ndf_peak: std::array::from_fn(peak) }
+            Placed::new(material, Some(row))
         })
         .collect();
     (rows, placed)
@@ -132,7 +128,9 @@ fn tabulate(quantity: Quantity, rows: &[Row], width: usize, depth: Depth) -> Tab
     let axes = quantity.axes(rows);
     let texels: Vec<[f64; 3]> = (0..rows.len() * width)
         .into_par_iter()
-        .map(|i| texel(quantity, &axes[0], rows, i / width, (i % width) as f64 / (width - 1) as f64))
+        .map(|i| {
+            texel(quantity, &axes[0], rows, i / width, (i % width) as f64 / (width - 1) as f64)
+        })
         .collect();
     Table {
         quantity,

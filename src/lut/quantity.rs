@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::brdf::ChannelBrdf;
 use crate::lut::axis::{Axis, Variable, Warp};
@@ -19,7 +19,7 @@ const NDF_END: f64 = 80.0;
 const GRAZING: f64 = 1e-12;
 
 /// A quantity that a texture stores.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// The slope density D·cos⁴θh, relative to its peak and as a logarithm.
@@ -46,7 +46,7 @@ pub enum Quantity {
 }
 
 /// How a texel t becomes a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Encoding {
     /// value = t.
@@ -59,7 +59,7 @@ pub enum Encoding {
 }
 
 /// A factor of a decoded texel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Factor {
     /// The coordinate on the first axis.

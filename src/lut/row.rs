@@ -3,6 +3,7 @@
 use crate::brdf::ChannelBrdf;
 use crate::material::{ChannelParams, Material};
 use crate::microfacet::masking::MaskingKind;
+use crate::microfacet::{BeckmannMixture, FittedMasking, SgdNdf, SmithMasking};
 
 /// Relative accuracy of the masking that is baked: below what a float texel can hold.
 const MASKING_ACCURACY: f64 = 1e-8;
@@ -19,10 +20,37 @@ pub struct Row {
 /// Where a material of a bake ended up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
+    /// Its name.
+    pub name: String,
+    /// Its parameters, the masking fit always among them.
+    pub channels: [ChannelParams; 3],
     /// The row that it uses; `None` where all its lobes are left out.
     pub row: Option<usize>,
     /// D(0) per channel \[1/sr\], the factor of the `ndf` texels.
     pub ndf_peak: [f64; 3],
+}
+
+impl Placed {
+    /// A material placed in a row.
+    #[must_use]
+    pub fn new(material: &Material, row: Option<usize>) -> Self {
+        let peak = |params: &ChannelParams| SgdNdf::new(params.alpha, params.p).peak();
+        Self {
+            name: material.name.clone(),
+            channels: material.channels.map(with_masking_fit),
+            row,
+            ndf_peak: material.channels.each_ref().map(peak),
+        }
+    }
+}
+
+/// The parameters with the masking fit, made from the exact masking where none was given.
+fn with_masking_fit(params: ChannelParams) -> ChannelParams {
+    let fitted = || {
+        let mixture = BeckmannMixture::new(params.alpha, params.p, MASKING_ACCURACY);
+        FittedMasking::fit(&SmithMasking::new(&mixture)).params()
+    };
+    ChannelParams { masking: Some(params.masking.unwrap_or_else(fitted)), ..params }
 }
 
 impl Row {
@@ -52,6 +80,7 @@ pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; 3]) -
         let shape = [params.alpha, params.p, params.f0, params.f1];
         shape.into_iter().chain(fitted).map(f64::to_bits)
     };
-    let stored = material.channels.iter().zip(visible).map(|(params, visible)| visible.then_some(params));
+    let stored =
+        material.channels.iter().zip(visible).map(|(params, visible)| visible.then_some(params));
     stored.flat_map(|params| params.map_or_else(|| vec![0], |p| channel(p).collect())).collect()
 }

@@ -3,13 +3,13 @@
 use std::str::FromStr;
 
 use half::f16;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::lut::axis::Axis;
 use crate::lut::quantity::{Encoding, Quantity};
 
 /// The number format of a texel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Depth {
     /// 16-bit floating point.
@@ -101,7 +101,7 @@ impl Texels {
 }
 
 /// The error of what a table decodes to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ErrorNote {
     /// The error that was promised; none for a size that was asked for.
     pub tolerance: Option<f64>,

@@ -1,0 +1,56 @@
+//! OpenEXR: flat, single part, scanline, increasing y, uncompressed, channels R G B.
+//!
+//! Row 0 of the table is the first scanline. The header carries the table's manifest entry as the
+//! text attribute `sgdbake`, so that the file alone says how to decode it.
+
+use std::io::Cursor;
+
+use exr::prelude::*;
+
+use crate::encode::GENERATOR;
+use crate::encode::manifest::{Format, Location, TextureEntry};
+use crate::lut::{Table, Texels};
+
+/// The mime type of an OpenEXR file.
+pub const MIME_TYPE: &str = "image/x-exr";
+
+/// The table as an OpenEXR file; `name` is the file's own name in its metadata.
+///
+/// # Panics
+///
+/// Never: the channels have as many samples as the image, and memory takes every write.
+#[must_use]
+pub fn encode(table: &Table, name: &str) -> Vec<u8> {
+    let mut attributes = LayerAttributes::named("");
+    attributes.layer_name = None;
+    attributes.software_name = Some(GENERATOR.into());
+    let entry = TextureEntry::new(table, Format::Exr, Location::File { file: name.to_owned() });
+    let entry = serde_json::to_string(&entry).expect("numbers and strings have a JSON form");
+    attributes.other.insert("sgdbake".into(), AttributeValue::Text(Text::from(entry.as_str())));
+    let encoding = Encoding {
+        compression: Compression::Uncompressed,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let size = Vec2(table.size[0], table.size[1]);
+    let layer = Layer::new(size, attributes, encoding, channels(&table.texels));
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layer(layer)
+        .write()
+        .to_buffered(&mut bytes)
+        .expect("a complete image written to memory");
+    bytes.into_inner()
+}
+
+fn channels(texels: &Texels) -> AnyChannels<FlatSamples> {
+    let channel = |(c, name): (usize, &str)| AnyChannel::new(name, samples(texels, c));
+    AnyChannels::sort(["R", "G", "B"].into_iter().enumerate().map(channel).collect::<SmallVec<_>>())
+}
+
+/// The samples of colour channel `c`.
+fn samples(texels: &Texels, c: usize) -> FlatSamples {
+    match texels {
+        Texels::Half(texels) => FlatSamples::F16(texels.iter().map(|rgb| rgb[c]).collect()),
+        Texels::Float(texels) => FlatSamples::F32(texels.iter().map(|rgb| rgb[c]).collect()),
+    }
+}

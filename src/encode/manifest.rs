@@ -1,0 +1,190 @@
+//! `manifest.json`, and the texture entries that the glTF extension shares with it.
+
+use serde::Serialize;
+
+use crate::encode::GENERATOR;
+use crate::lut::{Axis, Depth, Encoding, ErrorNote, LeftOut, Placed, Quantity, Table};
+use crate::material::ChannelParams;
+
+/// The manifest's schema.
+pub const SCHEMA: &str = "sgdbake/manifest/1";
+
+/// Everything that a program needs to decode a bake.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Manifest {
+    /// Always [`SCHEMA`].
+    pub schema: &'static str,
+    /// Always [`GENERATOR`].
+    pub generator: &'static str,
+    /// The materials in the order given.
+    pub materials: Vec<MaterialEntry>,
+    /// The textures.
+    pub textures: Vec<TextureEntry>,
+    /// The lobes that no texture holds.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// One material: its parameters, its row, and its best fits.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MaterialEntry {
+    /// Its name.
+    pub name: String,
+    /// Its row in every texture that has rows; `None` without a visible lobe.
+    pub row: Option<usize>,
+    /// Its parameters.
+    pub channels: ChannelEntries,
+    /// D(0) per channel \[1/sr\].
+    pub ndf_peak: [f64; 3],
+    /// The best-fit glTF material.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gltf: Option<GltfEntry>,
+    /// The best-fit Beckmann mixture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lobes: Option<LobesEntry>,
+}
+
+/// The parameters of three channels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ChannelEntries {
+    /// Red.
+    pub r: ChannelParams,
+    /// Green.
+    pub g: ChannelParams,
+    /// Blue.
+    pub b: ChannelParams,
+}
+
+/// A glTF 2.0 metallic-roughness material with `KHR_materials_specular` and, where a second lobe
+/// pays, `KHR_materials_clearcoat`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GltfEntry {
+    /// Linear base colour.
+    pub base_color: [f64; 3],
+    /// Metallic factor.
+    pub metallic: f64,
+    /// Perceptual roughness.
+    pub roughness: f64,
+    /// Strength of the dielectric specular reflection.
+    pub specular_factor: f64,
+    /// Its F0 colour.
+    pub specular_color: [f64; 3],
+    /// Clearcoat factor, if there is a clearcoat.
+    pub clearcoat: Option<f64>,
+    /// Clearcoat roughness.
+    pub clearcoat_roughness: Option<f64>,
+}
+
+/// A mixture of Beckmann lobes: D = Σ weights\[j\]\[c\] D_beckmann(alpha\[j\]).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LobesEntry {
+    /// Beckmann widths.
+    pub alpha: Vec<f64>,
+    /// Weight of each lobe per channel.
+    pub weights: Vec<[f64; 3]>,
+}
+
+/// A texture and how to decode it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TextureEntry {
+    /// What it stores.
+    pub quantity: Quantity,
+    /// Where its bytes are.
+    #[serde(flatten)]
+    pub location: Location,
+    /// The file format.
+    pub format: Format,
+    /// The texels' number format.
+    pub depth: Depth,
+    /// Texels along each axis.
+    pub size: Vec<usize>,
+    /// The axes, the fastest first.
+    pub axes: Vec<Axis>,
+    /// How a texel becomes a value.
+    pub encoding: Encoding,
+    /// Always `linear`.
+    pub filter: &'static str,
+    /// The first material of each row.
+    pub rows: Vec<String>,
+    /// Promised and measured error.
+    pub error: ErrorNote,
+}
+
+/// Where a texture's bytes are.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub enum Location {
+    /// A file beside the manifest.
+    File {
+        /// Its name.
+        file: String,
+    },
+    /// A file beside the glTF.
+    Uri {
+        /// Its relative URI.
+        uri: String,
+    },
+    /// A buffer view of the glTF.
+    BufferView {
+        /// Its index.
+        #[serde(rename = "bufferView")]
+        buffer_view: usize,
+        /// What it holds.
+        #[serde(rename = "mimeType")]
+        mime_type: &'static str,
+    },
+}
+
+/// A texture file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Format {
+    /// OpenEXR.
+    Exr,
+}
+
+impl Manifest {
+    /// The manifest of these entries.
+    #[must_use]
+    pub fn new(
+        materials: Vec<MaterialEntry>,
+        textures: Vec<TextureEntry>,
+        left_out: Vec<LeftOut>,
+    ) -> Self {
+        Self { schema: SCHEMA, generator: GENERATOR, materials, textures, left_out }
+    }
+}
+
+impl MaterialEntry {
+    /// The entry of a baked material, without fits.
+    #[must_use]
+    pub fn new(placed: &Placed) -> Self {
+        let [r, g, b] = placed.channels;
+        Self {
+            name: placed.name.clone(),
+            row: placed.row,
+            channels: ChannelEntries { r, g, b },
+            ndf_peak: placed.ndf_peak,
+            gltf: None,
+            lobes: None,
+        }
+    }
+}
+
+impl TextureEntry {
+    /// The entry of a table whose bytes are at `location`.
+    #[must_use]
+    pub fn new(table: &Table, format: Format, location: Location) -> Self {
+        Self {
+            quantity: table.quantity,
+            location,
+            format,
+            depth: table.texels.depth(),
+            size: table.size.clone(),
+            axes: table.axes.clone(),
+            encoding: table.encoding,
+            filter: "linear",
+            rows: table.rows.clone(),
+            error: table.error,
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Tables as bytes: image files and the manifest that tells how to decode them. Nothing here
+//! knows what a texel means beyond what the table says.
+
+pub mod exr;
+pub mod manifest;
+
+/// What writes the files, and the mark by which the tool knows its own.
+pub const GENERATOR: &str = concat!("sgdbake ", env!("CARGO_PKG_VERSION"));
