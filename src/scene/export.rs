@@ -88,7 +88,10 @@ impl Job<'_> {
     /// Files of the scene that stay files are copied along, unless they lie there already.
     fn resources(&mut self) -> Result<(), SceneError> {
         let resources = self.scene.resources()?;
-        let Some(source) = self.scene.folder().filter(|_| !self.embeds()) else { return Ok(()) };
+        if self.embeds() {
+            return Ok(());
+        }
+        let source = self.scene.folder();
         let same = match (source.canonicalize(), self.folder().canonicalize()) {
             (Ok(source), Ok(target)) => source == target,
             _ => false,
@@ -200,8 +203,7 @@ impl Job<'_> {
     }
 
     fn read(&self, resource: &Resource) -> Result<Bytes, SceneError> {
-        let folder = self.scene.folder().unwrap_or(Path::new("."));
-        Ok(Bytes::file(&resource.locate(folder)?)?)
+        Ok(Bytes::file(&resource.locate(self.scene.folder())?)?)
     }
 
     fn edit_member(

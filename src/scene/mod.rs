@@ -18,6 +18,7 @@
 mod ball;
 mod build;
 mod bytes;
+mod check;
 mod container;
 mod draft;
 mod error;
@@ -32,6 +33,7 @@ mod slot;
 mod text;
 
 use std::{
+    collections::BTreeSet,
     ffi::OsStr,
     fs,
     io::Read,
@@ -120,6 +122,7 @@ impl Scene {
         let outline = Outline::read(&text)?;
         let scene = Scene { text, outline, source, bin, rest, warnings: Vec::new() };
         scene.resources()?;
+        check::check(&scene)?;
         Ok(scene)
     }
 
@@ -137,21 +140,15 @@ impl Scene {
     fn resources(&self) -> Result<Vec<Resource>, SceneError> {
         let buffers = self.outline.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
         let images = self.outline.images.iter().filter_map(|image| image.uri.as_deref());
-        let mut resources: Vec<Resource> = Vec::new();
-        for uri in buffers.chain(images) {
-            if let Some(resource) = Resource::new(uri)?
-                && !resources.contains(&resource)
-            {
-                resources.push(resource);
-            }
-        }
-        Ok(resources)
+        let uris: BTreeSet<_> = buffers.chain(images).collect();
+        uris.into_iter().filter_map(|uri| Resource::new(uri).transpose()).collect()
     }
 
-    fn folder(&self) -> Option<&Path> {
+    /// Where relative addresses start.
+    fn folder(&self) -> &Path {
         match &self.source {
-            Source::File(_, folder) => Some(folder),
-            Source::Built(folder) => folder.as_deref(),
+            Source::File(_, folder) => folder,
+            Source::Built(folder) => folder.as_deref().unwrap_or(Path::new(".")),
         }
     }
 }

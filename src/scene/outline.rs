@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer};
 
+use super::SceneError;
+
 /// A document's arrays, with the few members that are looked at.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -179,8 +181,11 @@ impl Outline {
     ///
     /// # Errors
     /// Text that is not JSON, and members of the wrong type.
-    pub fn read(text: &str) -> serde_json::Result<Self> {
-        serde_json::from_str(text)
+    pub fn read(text: &str) -> Result<Self, SceneError> {
+        if !text.trim_start().starts_with('{') {
+            return Err(SceneError::Invalid("the document".into(), "is no JSON object".into()));
+        }
+        Ok(serde_json::from_str(text)?)
     }
 
     /// Triangles that a primitive draws; points and lines draw none.

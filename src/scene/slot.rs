@@ -77,7 +77,7 @@ pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
             let Some(slot) = slot else { continue };
             slot.used = true;
             slot.primitives += 1;
-            slot.triangles += outline.triangles(primitive);
+            slot.triangles = slot.triangles.saturating_add(outline.triangles(primitive));
             if slot.meshes.last() != Some(&name) {
                 slot.meshes.push(name.clone());
             }
