@@ -10,7 +10,7 @@ use std::{
 
 use serde_json::{Map, Value, json};
 use sgdbake::scene::{
-    Attachment, Clearcoat, EXTENSION, Replacement, Scene, SlotId, Specular, resolve,
+    Attachment, Clearcoat, EXTENSION, Pattern, Replacement, Scene, SlotId, Specular, resolve,
 };
 
 /// The shared test scenes, or `None` with a message.
@@ -147,7 +147,7 @@ fn a_ball_is_a_scene() {
     let scene = Scene::ball(16).unwrap();
     let slots = scene.slots();
     assert_eq!(slots[0].triangles, 2 * 32 * 15);
-    let assignments = [("*".parse().unwrap(), replacement())];
+    let assignments = [(Pattern::new("*"), replacement())];
     let resolved = resolve(&slots, &assignments).unwrap();
     let assigned = [(slots[0].id, resolved[0].unwrap())];
     for name in ["ball.glb", "ball.gltf"] {

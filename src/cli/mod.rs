@@ -5,8 +5,11 @@ pub mod failure;
 pub mod output;
 pub mod selection;
 
+mod assignment;
 mod bake;
+mod dressing;
 mod eval;
+mod export;
 mod materials;
 mod slice;
 
@@ -47,6 +50,8 @@ enum Command {
     Slice(slice::Arguments),
     /// Lookup textures and the manifest that tells how to decode them
     Bake(bake::Arguments),
+    /// A scene with measured materials in its slots: fitted, with parameters and textures
+    Export(export::Arguments),
 }
 
 /// Parses the process's arguments, runs the command and reports its exit code.
@@ -68,5 +73,6 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Eval(arguments) => eval::run(arguments, output),
         Command::Slice(arguments) => slice::run(arguments, output),
         Command::Bake(arguments) => bake::run(arguments, output),
+        Command::Export(arguments) => export::run(arguments, output),
     }
 }

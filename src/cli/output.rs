@@ -80,6 +80,18 @@ impl Output {
 /// and `force` is not set.
 pub fn write_file(path: &Path, bytes: &[u8], force: bool) -> Result<(), Failure> {
     refuse_foreign(path, force)?;
+    write_with(path, |file| file.write_all(bytes))
+}
+
+/// Lets `write` fill a temporary file beside `path`, and renames it when complete.
+///
+/// # Errors
+///
+/// The folder or the file cannot be written.
+pub fn write_with(
+    path: &Path,
+    write: impl FnOnce(&mut fs::File) -> io::Result<()>,
+) -> Result<(), Failure> {
     let folder = parent(path);
     let cannot = |error: io::Error| {
         Failure::job(format!("cannot write {}: {error}", path.display()))
@@ -91,7 +103,7 @@ pub fn write_file(path: &Path, bytes: &[u8], force: bool) -> Result<(), Failure>
         .permissions_of_a_new_file()
         .tempfile_in(folder)
         .map_err(cannot)?;
-    file.write_all(bytes).map_err(cannot)?;
+    write(file.as_file_mut()).map_err(cannot)?;
     file.persist(path).map_err(|error| cannot(error.error))?;
     Ok(())
 }
@@ -118,7 +130,8 @@ pub fn refuse_foreign(path: &Path, force: bool) -> Result<(), Failure> {
 /// extension.
 const MARKS: [&[u8]; 3] = [b"sgdbake/", b"sgdbake ", b"SGD_materials_shifted_gamma"];
 
-fn written_by_sgdbake(path: &Path) -> bool {
+/// Whether this tool wrote the file at `path`.
+pub fn written_by_sgdbake(path: &Path) -> bool {
     fs::read(path)
         .is_ok_and(|bytes| MARKS.iter().any(|mark| memchr::memmem::find(&bytes, mark).is_some()))
 }

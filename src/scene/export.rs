@@ -36,6 +36,8 @@ pub struct OutputFile {
     pub path: PathBuf,
     /// Its content, to be concatenated.
     pub pieces: Vec<Bytes>,
+    /// Whether it is a file of the input, unchanged.
+    pub copy: bool,
 }
 
 impl Scene {
@@ -99,7 +101,8 @@ impl Job<'_> {
         for resource in resources {
             if !same {
                 let pieces = vec![Bytes::file(&resource.locate(source)?)?];
-                self.files.push(OutputFile { path: self.folder.join(&resource.path), pieces });
+                let path = self.folder.join(&resource.path);
+                self.files.push(OutputFile { path, pieces, copy: true });
             }
             self.names.insert(resource.path);
         }
@@ -142,7 +145,7 @@ impl Job<'_> {
         let pieces = pieces.into_iter().map(|bytes| bytes.start(length)).collect();
         let name = self.name("bin");
         self.edit_member("buffers", 0, &[("uri", Some(quote(&percent_encode(&name))))])?;
-        self.files.push(OutputFile { path: self.folder.join(name), pieces });
+        self.files.push(OutputFile { path: self.folder.join(name), pieces, copy: false });
         Ok(())
     }
 
@@ -298,7 +301,7 @@ impl Job<'_> {
             Container::Gltf => {
                 let name = self.name(&texture.file_name);
                 let path = self.folder.join(&name);
-                self.files.push(OutputFile { path, pieces: vec![bytes] });
+                self.files.push(OutputFile { path, pieces: vec![bytes], copy: false });
                 Ok(json!({"uri": percent_encode(&name)}))
             }
         }
@@ -320,7 +323,7 @@ impl Job<'_> {
             Container::Glb => glb::assemble(text, bin, self.scene.rest.clone())?,
             Container::Gltf => vec![text.into_bytes().into()],
         };
-        self.files.insert(0, OutputFile { path: target.to_owned(), pieces });
+        self.files.insert(0, OutputFile { path: target.to_owned(), pieces, copy: false });
         Ok(Export { files: self.files, warnings: self.warnings })
     }
 }
@@ -347,6 +350,16 @@ fn decode_data_uri(uri: &str) -> Result<Bytes, SceneError> {
 }
 
 impl OutputFile {
+    /// Bytes that [`OutputFile::write_to`] writes.
+    pub fn len(&self) -> u64 {
+        self.pieces.iter().map(Bytes::len).sum()
+    }
+
+    /// Whether there is nothing to write.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// Writes the content to `out`.
     ///
     /// # Errors

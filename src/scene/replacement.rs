@@ -36,6 +36,11 @@ pub struct Specular {
     pub color: [f64; 3],
 }
 
+impl Specular {
+    /// What glTF takes where the extension is absent.
+    pub const DEFAULT: Self = Self { factor: 1.0, color: [1.0; 3] };
+}
+
 /// KHR_materials_clearcoat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clearcoat {

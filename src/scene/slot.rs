@@ -1,7 +1,5 @@
 //! Material slots, and which material goes to which.
 
-use std::{convert::Infallible, str::FromStr};
-
 use globset::{Glob, GlobMatcher};
 
 use super::{SceneError, outline::Outline};
@@ -100,13 +98,11 @@ pub enum Pattern {
     Name(String, Option<GlobMatcher>),
 }
 
-impl FromStr for Pattern {
-    type Err = Infallible;
-
-    /// Cannot fail: what is no glob is a name.
-    fn from_str(text: &str) -> Result<Self, Infallible> {
+impl Pattern {
+    /// The pattern that `text` spells; what is no glob is a name.
+    pub fn new(text: &str) -> Self {
         let index = text.strip_prefix('#').and_then(|digits| digits.parse().ok());
-        Ok(match (text, index) {
+        match (text, index) {
             ("*", _) => Pattern::All,
             ("(none)", _) => Pattern::Unassigned,
             (_, Some(index)) => Pattern::Index(index),
@@ -114,11 +110,9 @@ impl FromStr for Pattern {
                 let glob = Glob::new(text).ok().map(|glob| glob.compile_matcher());
                 Pattern::Name(text.to_owned(), glob)
             }
-        })
+        }
     }
-}
 
-impl Pattern {
     /// How closely the pattern names the slot: 3 its place, 2 its name, 1 a glob, 0 `*`.
     fn closeness(&self, slot: &Slot) -> Option<u8> {
         match (self, slot.id, &slot.name) {
@@ -192,7 +186,7 @@ mod tests {
             none,
         ];
         let assignments: Vec<_> =
-            patterns.iter().enumerate().map(|(i, text)| (text.parse().unwrap(), i)).collect();
+            patterns.iter().enumerate().map(|(i, text)| (Pattern::new(text), i)).collect();
         Ok(resolve(&slots, &assignments)?.into_iter().map(|value| value.copied()).collect())
     }
 

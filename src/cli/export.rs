@@ -1,0 +1,213 @@
+//! `sgdbake export`: a scene with best-fit glTF materials, the SGD parameters and the textures.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::cli::assignment::{Assigned, AssignmentArguments};
+use crate::cli::dressing::replacements;
+use crate::cli::failure::Failure;
+use crate::cli::output::{Output, refuse_foreign, write_with, written_by_sgdbake};
+use crate::cli::selection::MaskingChoice;
+use crate::lut::{Depth, Extent, Quantity, Request};
+use crate::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
+
+/// Puts measured materials into the slots of a scene. Everything that is not an assigned material
+/// comes out as it came in.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  sgdbake export --shape ball -o ball.glb --assign '*=gold-paint'
+  sgdbake export chair.glb -o out.glb --assign 'Legs=chrome' --assign 'Seat*=black-fabric'
+  sgdbake export teapot.obj -o teapot.gltf --assign '(none)=alum-bronze'")]
+pub struct Arguments {
+    /// The scene: .obj, .gltf or .glb
+    #[arg(value_name = "SCENE", required_unless_present = "shape")]
+    scene: Option<PathBuf>,
+    /// A built-in shape in place of a scene
+    #[arg(long, value_enum, conflicts_with = "scene")]
+    shape: Option<Shape>,
+    /// The file to write: .glb, or .gltf with its buffer and textures beside it
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    #[command(flatten)]
+    assignments: AssignmentArguments,
+    /// The masking function to store
+    #[arg(long, value_enum, default_value_t)]
+    masking: MaskingChoice,
+    /// Texels along each axis of a lookup texture
+    #[arg(long, value_name = "N", default_value_t = 256)]
+    size: usize,
+    /// List the slots and what would be written, and write nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Overwrite files that sgdbake did not write
+    #[arg(long)]
+    force: bool,
+    /// Machine-readable report
+    #[arg(long)]
+    json: bool,
+}
+
+/// A built-in shape.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Shape {
+    /// A unit sphere with one slot, `ball`
+    Ball,
+}
+
+/// Rows of quads on the built-in ball.
+const BALL_ROWS: u16 = 64;
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    schema: &'static str,
+    dry_run: bool,
+    slots: Vec<SlotReport<'a>>,
+    files: Vec<FileReport<'a>>,
+    warnings: Vec<&'a str>,
+}
+
+/// A slot and what is assigned to it.
+#[derive(Serialize)]
+struct SlotReport<'a> {
+    slot: String,
+    index: Option<usize>,
+    meshes: &'a [String],
+    triangles: u64,
+    used: bool,
+    material: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct FileReport<'a> {
+    path: &'a Path,
+    bytes: u64,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
+    Container::of(&arguments.output)?;
+    let scene = open(arguments, output)?;
+    let slots = scene.slots();
+    let assigned = arguments.assignments.assigned(&slots)?;
+    let request = Request {
+        quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+        masking: arguments.masking.into(),
+        extent: Extent::Size(arguments.size),
+        depth: Depth::Half,
+    };
+    let replacements = replacements(&assigned.materials, &request)?;
+    let pairs = slots.iter().zip(&assigned.by_slot);
+    let replaced: Vec<_> =
+        pairs.filter_map(|(slot, m)| Some((slot.id, &replacements[(*m)?]))).collect();
+    let export = scene.export(&replaced, &arguments.output)?;
+    let files = changed(&export.files);
+    // All or nothing: what stands in the way is found before the first file is written.
+    refuse(arguments, &files)?;
+    if !arguments.dry_run {
+        // The scene last: a reader that finds it finds everything.
+        for file in files.iter().rev() {
+            write_with(&file.path, |out| file.write_to(out))?;
+        }
+    }
+    for warning in scene.warnings().iter().chain(&export.warnings) {
+        output.note(format_args!("warning: {warning}"));
+    }
+    report(arguments, &scene, &slots, &assigned, &export, output)
+}
+
+fn open(arguments: &Arguments, output: &Output) -> Result<Scene, Failure> {
+    match (&arguments.scene, arguments.shape) {
+        (Some(path), _) => {
+            let size = fs::metadata(path).map_or(0, |metadata| metadata.len());
+            let bar = output.progress(size, "reading");
+            let scene = Scene::open_with_progress(path, &mut |bytes| bar.set_position(bytes));
+            bar.finish_and_clear();
+            scene.map_err(|error| unreadable(path, error))
+        }
+        (None, Some(Shape::Ball) | None) => Ok(Scene::ball(BALL_ROWS)?),
+    }
+}
+
+/// A scene that cannot be read, with its path.
+pub fn unreadable(path: &Path, error: SceneError) -> Failure {
+    let message = format!("{}: {error}", path.display());
+    match error {
+        SceneError::Kind(_) => Failure::usage(message).help("a scene is a .obj, .gltf or .glb"),
+        SceneError::Uri { .. } | SceneError::Missing { .. } => {
+            Failure::job(message).help("put the file into the scene's folder")
+        }
+        _ => Failure::job(message),
+    }
+}
+
+/// The files to write: not those of the input that stand there already.
+fn changed(files: &[OutputFile]) -> Vec<&OutputFile> {
+    files.iter().filter(|file| !(file.copy && stands_already(file))).collect()
+}
+
+fn stands_already(file: &OutputFile) -> bool {
+    let same_size = fs::metadata(&file.path).is_ok_and(|old| old.len() == file.len());
+    let mut bytes = Vec::new();
+    same_size
+        && file.write_to(&mut bytes).is_ok()
+        && fs::read(&file.path).is_ok_and(|old| old == bytes)
+}
+
+/// Refuses to overwrite what this tool did not write. What belongs to a scene that it wrote (the
+/// buffer has no mark of its own) it may write again.
+fn refuse(arguments: &Arguments, files: &[&OutputFile]) -> Result<(), Failure> {
+    let own_scene = arguments.output.is_file() && written_by_sgdbake(&arguments.output);
+    files
+        .iter()
+        .try_for_each(|file| refuse_foreign(&file.path, arguments.force || own_scene && !file.copy))
+}
+
+fn report(
+    arguments: &Arguments,
+    scene: &Scene,
+    slots: &[Slot],
+    assigned: &Assigned,
+    export: &Export,
+    output: &mut Output,
+) -> Result<(), Failure> {
+    let material = |slot: usize| Some(&*assigned.materials[assigned.by_slot[slot]?].name);
+    let slot_reports = slots.iter().enumerate().map(|(i, slot)| SlotReport {
+        slot: slot.label(),
+        index: slot.id.index(),
+        meshes: &slot.meshes,
+        triangles: slot.triangles,
+        used: slot.used,
+        material: material(i),
+    });
+    let files = export.files.iter().map(|file| FileReport { path: &file.path, bytes: file.len() });
+    let warnings = scene.warnings().iter().chain(&export.warnings).map(String::as_str);
+    let report = Report {
+        schema: "sgdbake/export/1",
+        dry_run: arguments.dry_run,
+        slots: slot_reports.collect(),
+        files: files.collect(),
+        warnings: warnings.collect(),
+    };
+    if arguments.json { output.json(&report) } else { print(&report, output) }
+}
+
+fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
+    for slot in &report.slots {
+        let material = slot.material.unwrap_or("stays as it is");
+        let meshes = if slot.used { slot.meshes.join(", ") } else { "unused".into() };
+        output.line(format_args!(
+            "{}: {material} ({} triangles; {meshes})",
+            slot.slot, slot.triangles
+        ))?;
+    }
+    let verb = if report.dry_run { "would write" } else { "wrote" };
+    for file in &report.files {
+        output.line(format_args!("{verb} {} ({} bytes)", file.path.display(), file.bytes))?;
+    }
+    Ok(())
+}
