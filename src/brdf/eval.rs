@@ -33,6 +33,19 @@ pub struct Terms {
     pub brdf: f64,
 }
 
+/// The factors of the model against one angle θ.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Factors {
+    /// D(θ) \[1/sr\].
+    pub ndf: f64,
+    /// Smith's Λ(θ), or 1/G1 − 1 of a fitted G1; infinite at grazing.
+    pub lambda: f64,
+    /// G1(θ).
+    pub g1: f64,
+    /// F at θd = θ.
+    pub fresnel: f64,
+}
+
 /// The SGD reflectance of one colour channel.
 ///
 /// # Formula
@@ -64,13 +77,9 @@ impl ChannelBrdf {
     /// The evaluator with the exact masking's relative accuracy chosen: fewer digits, fewer nodes.
     #[must_use]
     pub fn with_accuracy(params: &ChannelParams, kind: MaskingKind, accuracy: f64) -> Self {
-        let smith = || SmithMasking::new(&BeckmannMixture::new(params.alpha, params.p, accuracy));
-        let masking = match (kind, params.masking) {
-            (MaskingKind::Exact, _) => Masking::Exact(smith()),
-            (MaskingKind::Fitted, Some(published)) => {
-                Masking::Fitted(FittedMasking::new(published))
-            }
-            (MaskingKind::Fitted, None) => Masking::Fitted(FittedMasking::fit(&smith())),
+        let masking = match kind {
+            MaskingKind::Exact => Masking::Exact(SmithMasking::of(params, accuracy)),
+            MaskingKind::Fitted => Masking::Fitted(FittedMasking::of(params)),
         };
         Self {
             rho_d: params.rho_d,
@@ -97,6 +106,19 @@ impl ChannelBrdf {
         let specular = self.rho_s * FRAC_1_PI * fresnel * ndf * (v_i * v_o);
         let diffuse = self.rho_d * FRAC_1_PI;
         Terms { ndf, g1_i, g1_o, fresnel, specular, diffuse, brdf: diffuse + specular }
+    }
+
+    /// D, Λ, G1 and F against the angle with the given cosine and sine ≥ 0.
+    #[must_use]
+    pub fn factors(&self, cos_theta: f64, sin_theta: f64) -> Factors {
+        let tan_theta = sin_theta / cos_theta;
+        let cot_theta = cos_theta / sin_theta;
+        Factors {
+            ndf: self.ndf.eval(tan_theta * tan_theta),
+            lambda: self.masking.lambda(cot_theta),
+            g1: self.masking.g1(cot_theta),
+            fresnel: self.fresnel.eval(cos_theta),
+        }
     }
 
     /// f(wi, wo) \[1/sr\] for unit directions; 0 at and below the horizon.
@@ -127,11 +149,12 @@ impl SgdBrdf {
     }
 }
 
-/// Whether light can come from or leave in direction `w`; false for NaN. The horizon itself, where
-/// cosθ = 0 or denormal, is below.
+/// Whether light can come from or leave in direction `w`. The horizon itself, where cosθ = 0 or
+/// denormal, is below, and so is what is no direction: a vector that holds a NaN or whose squared
+/// length is not 1 within a hundredth.
 #[must_use]
 pub fn above_horizon(w: DVec3) -> bool {
-    w.z >= f64::MIN_POSITIVE
+    w.z >= f64::MIN_POSITIVE && (w.length_squared() - 1.0).abs() <= 1e-2
 }
 
 /// cosθd = wi·h = |wi + wo|/2 for unit directions, symmetric to the last bit.

@@ -1,12 +1,17 @@
-//! The reflectance itself: evaluation for one pair of directions.
+//! The reflectance itself: evaluation for one pair of directions and for many, its albedo, and
+//! the simpler models that stand in for it.
 
+pub mod albedo;
+pub mod batch;
 pub mod eval;
 pub mod gltf;
 pub mod lobes;
 pub mod one_lobe;
 pub mod reflectance;
 
-pub use eval::{ChannelBrdf, SgdBrdf, Terms};
+pub use albedo::{FresnelMoments, directional_albedo};
+pub use batch::SgdBatch;
+pub use eval::{ChannelBrdf, Factors, SgdBrdf, Terms};
 pub use gltf::GltfBrdf;
 pub use lobes::LobesBrdf;
 pub use one_lobe::{Distribution, OneLobeBrdf};

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::brdf::{SgdBrdf, Terms};
+use crate::brdf::{SgdBatch, SgdBrdf, Terms};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use crate::cli::selection::{self, Direction, MaskingChoice};
+use crate::cli::selection::{self, Direction, MaskingChoice, Precision};
 use crate::material::Channel;
 
 /// Evaluates the reflectance for pairs of directions, one result a line.
@@ -37,6 +37,9 @@ pub struct Arguments {
     /// The masking function
     #[arg(long, value_enum, default_value_t)]
     masking: MaskingChoice,
+    /// The arithmetic: the reference in f64, or the f32 batch path
+    #[arg(long, value_enum, default_value_t)]
+    precision: Precision,
     /// Machine-readable output, one JSON object a line
     #[arg(long)]
     json: bool,
@@ -53,14 +56,33 @@ struct Line {
     b: Terms,
 }
 
+/// The evaluator of the chosen precision.
+enum Evaluator {
+    Double(SgdBrdf),
+    Single(SgdBatch),
+}
+
+impl Evaluator {
+    fn terms(&self, wi: DVec3, wo: DVec3) -> [Terms; 3] {
+        match self {
+            Self::Double(brdf) => brdf.channels.each_ref().map(|c| c.terms(wi, wo)),
+            Self::Single(batch) => batch.terms(wi.as_vec3(), wo.as_vec3()),
+        }
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let material = selection::material(&arguments.material)?;
-    let brdf = SgdBrdf::new(&material, arguments.masking.into());
+    let masking = arguments.masking.into();
+    let evaluator = match arguments.precision {
+        Precision::F64 => Evaluator::Double(SgdBrdf::new(&material, masking)),
+        Precision::F32 => Evaluator::Single(SgdBatch::new(&material, masking)),
+    };
     match (arguments.wi, arguments.wo, &arguments.pairs) {
-        (Some(wi), Some(wo), None) => print_pair(&brdf, wi.0, wo.0, arguments.json, output),
+        (Some(wi), Some(wo), None) => print_pair(&evaluator, wi.0, wo.0, arguments.json, output),
         (_, _, Some(path)) => {
-            each_pair(path, |wi, wo| print_pair(&brdf, wi, wo, arguments.json, output))
+            each_pair(path, |wi, wo| print_pair(&evaluator, wi, wo, arguments.json, output))
         }
         (None, None, None) => Err(Failure::usage("no directions")
             .help("give --wi X,Y,Z and --wo X,Y,Z, or --pairs FILE.csv")),
@@ -70,13 +92,13 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
 }
 
 fn print_pair(
-    brdf: &SgdBrdf,
+    evaluator: &Evaluator,
     wi: DVec3,
     wo: DVec3,
     json: bool,
     output: &mut Output,
 ) -> Result<(), Failure> {
-    let [r, g, b] = brdf.channels.each_ref().map(|channel| channel.terms(wi, wo));
+    let [r, g, b] = evaluator.terms(wi, wo);
     if json {
         let (wi, wo) = (wi.to_array(), wo.to_array());
         return output.json(&Line { schema: "sgdbake/eval/1", wi, wo, r, g, b });

@@ -21,6 +21,16 @@ pub enum MaskingChoice {
     Fitted,
 }
 
+/// Which arithmetic to evaluate in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Precision {
+    /// Double precision, the reference
+    #[default]
+    F64,
+    /// Single precision, as whole slices of pairs are evaluated
+    F32,
+}
+
 impl From<MaskingChoice> for MaskingKind {
     fn from(choice: MaskingChoice) -> Self {
         match choice {

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::brdf::{ChannelBrdf, SgdBrdf};
+use crate::brdf::{Factors, SgdBatch, SgdBrdf};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use crate::cli::selection::{self, MaskingChoice};
+use crate::cli::selection::{self, MaskingChoice, Precision};
 use crate::material::Channel;
 use crate::math::direction::cos_sin_degrees;
 
@@ -24,6 +24,9 @@ pub struct Arguments {
     /// The masking function
     #[arg(long, value_enum, default_value_t)]
     masking: MaskingChoice,
+    /// The arithmetic: the reference in f64, or the f32 batch path
+    #[arg(long, value_enum, default_value_t)]
+    precision: Precision,
     /// Machine-readable output, one JSON object a line
     #[arg(long)]
     json: bool,
@@ -39,34 +42,46 @@ struct Line {
     b: Factors,
 }
 
-#[derive(Serialize)]
-struct Factors {
-    ndf: f64,
-    lambda: f64,
-    g1: f64,
-    fresnel: f64,
+/// The evaluator of the chosen precision.
+enum Evaluator {
+    Double(SgdBrdf),
+    Single(SgdBatch),
+}
+
+impl Evaluator {
+    fn factors(&self, theta_deg: f64) -> [Factors; 3] {
+        let (cos, sin) = cos_sin_degrees(theta_deg);
+        match self {
+            Self::Double(brdf) => brdf.channels.each_ref().map(|c| c.factors(cos, sin)),
+            Self::Single(batch) => batch.factors(cos as f32, sin as f32),
+        }
+    }
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let material = selection::material(&arguments.material)?;
-    let brdf = SgdBrdf::new(&material, arguments.masking.into());
+    let masking = arguments.masking.into();
+    let evaluator = match arguments.precision {
+        Precision::F64 => Evaluator::Double(SgdBrdf::new(&material, masking)),
+        Precision::F32 => Evaluator::Single(SgdBatch::new(&material, masking)),
+    };
     if !arguments.json {
         output.line("theta_deg channel          ndf       lambda           g1      fresnel")?;
     }
     arguments
         .theta_deg
         .iter()
-        .try_for_each(|theta| print_angle(&brdf, *theta, arguments.json, output))
+        .try_for_each(|theta| print_angle(&evaluator, *theta, arguments.json, output))
 }
 
 fn print_angle(
-    brdf: &SgdBrdf,
+    evaluator: &Evaluator,
     theta_deg: f64,
     json: bool,
     output: &mut Output,
 ) -> Result<(), Failure> {
-    let [r, g, b] = brdf.channels.each_ref().map(|channel| factors(channel, theta_deg));
+    let [r, g, b] = evaluator.factors(theta_deg);
     if json {
         return output.json(&Line { schema: "sgdbake/slice/1", theta_deg, r, g, b });
     }
@@ -75,18 +90,6 @@ fn print_angle(
         output.line(format!("{theta_deg:>9} {:<7} {columns}", channel.name()))?;
     }
     Ok(())
-}
-
-fn factors(channel: &ChannelBrdf, theta_deg: f64) -> Factors {
-    let (cos_theta, sin_theta) = cos_sin_degrees(theta_deg);
-    let tan_theta = sin_theta / cos_theta;
-    let cot_theta = cos_theta / sin_theta;
-    Factors {
-        ndf: channel.ndf.eval(tan_theta * tan_theta),
-        lambda: channel.masking.lambda(cot_theta),
-        g1: channel.masking.g1(cot_theta),
-        fresnel: channel.fresnel.eval(cos_theta),
-    }
 }
 
 fn theta(text: &str) -> Result<f64, String> {

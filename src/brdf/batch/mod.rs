@@ -1,0 +1,221 @@
+//! f of many pairs of directions in f32: slices in, slices out, on the widest vector instructions
+//! that the machine has.
+//!
+//! The loops are plain; compilers vectorise them for each instruction set, and the choice is made
+//! at run time. Results on one instruction set do not depend on a pair's place in its slice or on
+//! the slice's length.
+
+pub mod arithmetic;
+pub mod masking;
+
+mod kernel;
+
+use glam::Vec3;
+
+use crate::brdf::batch::arithmetic::{Fused, Separate};
+use crate::brdf::batch::kernel::ChannelConstants;
+use crate::brdf::batch::masking::{BatchMaskings, FittedG1, TabulatedG1};
+use crate::brdf::eval::{Factors, Terms};
+use crate::material::Material;
+use crate::microfacet::masking::MaskingKind;
+use crate::microfacet::{FittedMasking, SmithMasking};
+
+/// Relative accuracy of the exact masking that the tables are made from.
+const TABLE_SOURCE_ACCURACY: f64 = 1e-8;
+
+/// Pairs of unit directions, one slice per component x, y, z.
+#[derive(Clone, Copy, Debug)]
+pub struct Pairs<'a> {
+    /// Directions to the light.
+    pub wi: [&'a [f32]; 3],
+    /// Directions to the viewer.
+    pub wo: [&'a [f32]; 3],
+}
+
+/// Where results go: one slice per colour channel.
+#[derive(Debug)]
+pub struct RgbMut<'a>(pub [&'a mut [f32]; 3]);
+
+/// Slices of one batch that differ in length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a slice of {found} stands beside one of {expected}: all slices of a batch have one length")]
+pub struct LengthMismatch {
+    /// Length of the first slice.
+    pub expected: usize,
+    /// Length of the slice that differs.
+    pub found: usize,
+}
+
+/// A set of vector instructions that the loops are compiled for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InstructionSet {
+    /// What every machine of the architecture has: SSE2 on x86-64, NEON on 64-bit Arm.
+    Baseline,
+    /// AVX2 and FMA.
+    Avx2,
+    /// AVX-512 F, VL, BW and DQ.
+    Avx512,
+}
+
+impl InstructionSet {
+    /// Every set, widest last.
+    pub const ALL: [Self; 3] = [Self::Baseline, Self::Avx2, Self::Avx512];
+
+    /// Whether this machine has it.
+    #[must_use]
+    pub fn is_available(self) -> bool {
+        match self {
+            Self::Baseline => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                Self::Avx2.is_available()
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512bw")
+                    && is_x86_feature_detected!("avx512dq")
+            }
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Avx2 | Self::Avx512 => false,
+        }
+    }
+
+    /// The widest set of this machine.
+    #[must_use]
+    pub fn widest() -> Self {
+        Self::ALL.into_iter().rfind(|set| set.is_available()).unwrap_or(Self::Baseline)
+    }
+}
+
+/// A material's reflectance in f32.
+///
+/// The absolute error against f64 is at most 1e-5·|f| + 1e-6·(largest f of the same wo) for the
+/// published materials. Parameters beyond the range of f32 saturate; nothing becomes NaN or
+/// infinite.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SgdBatch {
+    set: InstructionSet,
+    channels: [ChannelConstants; 3],
+    maskings: BatchMaskings,
+}
+
+impl SgdBatch {
+    /// The evaluator of a material on the widest instructions of this machine.
+    #[must_use]
+    pub fn new(material: &Material, kind: MaskingKind) -> Self {
+        let set = InstructionSet::widest();
+        let channels = material.channels.each_ref();
+        let maskings = match kind {
+            MaskingKind::Exact => BatchMaskings::Exact(channels.map(|params| {
+                TabulatedG1::new(&SmithMasking::of(params, TABLE_SOURCE_ACCURACY))
+            })),
+            MaskingKind::Fitted => BatchMaskings::Fitted(
+                channels.map(|params| FittedG1::new(&FittedMasking::of(params))),
+            ),
+        };
+        Self { set, channels: channels.map(ChannelConstants::new), maskings }
+    }
+
+    /// The same on another instruction set; on the widest where this machine lacks it.
+    #[must_use]
+    pub fn with_instruction_set(mut self, set: InstructionSet) -> Self {
+        self.set = if set.is_available() { set } else { InstructionSet::widest() };
+        self
+    }
+
+    /// The instruction set in use.
+    #[must_use]
+    pub fn instruction_set(&self) -> InstructionSet {
+        self.set
+    }
+
+    /// f(wi, wo) \[1/sr\] of every pair; 0 at and below the horizon and for what is no unit vector.
+    ///
+    /// # Errors
+    ///
+    /// The slices differ in length; nothing is written.
+    pub fn eval(&self, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> Result<(), LengthMismatch> {
+        let expected = pairs.wi[0].len();
+        let inputs = pairs.wi.iter().chain(&pairs.wo).map(|slice| slice.len());
+        let mut lengths = inputs.chain(out.0.iter().map(|slice| slice.len()));
+        if let Some(found) = lengths.find(|length| *length != expected) {
+            return Err(LengthMismatch { expected, found });
+        }
+        dispatch::eval(self, pairs, out);
+        Ok(())
+    }
+
+    /// Every factor of f for one pair, with the bits of [`Self::eval`].
+    #[must_use]
+    pub fn terms(&self, wi: Vec3, wo: Vec3) -> [Terms; 3] {
+        dispatch::pair(self, wi, wo)
+    }
+
+    /// The factors against one angle θ with the given cosine and sine ≥ 0; Λ = 1/G1 − 1 in f32.
+    #[must_use]
+    pub fn factors(&self, cos_theta: f32, sin_theta: f32) -> [Factors; 3] {
+        dispatch::factors(self, cos_theta, sin_theta)
+    }
+}
+
+/// The kernels once per instruction set, and the choice between them.
+///
+/// The only unsafe code of the crate: calling a function compiled for instructions that a machine
+/// might lack. Each call is guarded by the check made when the set was chosen.
+#[allow(unsafe_code)]
+mod dispatch {
+    use super::*;
+
+    /// One function per instruction set, and one that calls the right one.
+    macro_rules! per_instruction_set {
+        ($name:ident: $kernel:ident($($argument:ident: $type:ty),*) -> $output:ty) => {
+            pub fn $name(batch: &SgdBatch, $($argument: $type),*) -> $output {
+                #[cfg(target_arch = "x86_64")]
+                #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,fma")]
+                fn avx512(batch: &SgdBatch, $($argument: $type),*) -> $output {
+                    match &batch.maskings {
+                        BatchMaskings::Exact(m) => kernel::$kernel::<Fused, _>(&batch.channels, m, $($argument),*),
+                        BatchMaskings::Fitted(m) => kernel::$kernel::<Fused, _>(&batch.channels, m, $($argument),*),
+                    }
+                }
+
+                #[cfg(target_arch = "x86_64")]
+                #[target_feature(enable = "avx2,fma")]
+                fn avx2(batch: &SgdBatch, $($argument: $type),*) -> $output {
+                    match &batch.maskings {
+                        BatchMaskings::Exact(m) => kernel::$kernel::<Fused, _>(&batch.channels, m, $($argument),*),
+                        BatchMaskings::Fitted(m) => kernel::$kernel::<Fused, _>(&batch.channels, m, $($argument),*),
+                    }
+                }
+
+                fn baseline(batch: &SgdBatch, $($argument: $type),*) -> $output {
+                    match &batch.maskings {
+                        BatchMaskings::Exact(m) => kernel::$kernel::<Baseline, _>(&batch.channels, m, $($argument),*),
+                        BatchMaskings::Fitted(m) => kernel::$kernel::<Baseline, _>(&batch.channels, m, $($argument),*),
+                    }
+                }
+
+                match batch.set {
+                    // SAFETY: a batch holds only sets that this machine was found to have.
+                    #[cfg(target_arch = "x86_64")]
+                    InstructionSet::Avx512 => unsafe { avx512(batch, $($argument),*) },
+                    // SAFETY: as above.
+                    #[cfg(target_arch = "x86_64")]
+                    InstructionSet::Avx2 => unsafe { avx2(batch, $($argument),*) },
+                    _ => baseline(batch, $($argument),*),
+                }
+            }
+        };
+    }
+
+    /// 64-bit Arm fuses products and sums in its baseline; x86-64 does not.
+    #[cfg(target_arch = "aarch64")]
+    type Baseline = Fused;
+    #[cfg(not(target_arch = "aarch64"))]
+    type Baseline = Separate;
+
+    per_instruction_set!(eval: eval(pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> ());
+    per_instruction_set!(pair: pair(wi: Vec3, wo: Vec3) -> [Terms; 3]);
+    per_instruction_set!(factors: factors(cos_theta: f32, sin_theta: f32) -> [Factors; 3]);
+}
