@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::material::{ChannelParams, Material};
 use crate::math::direction::{cos_theta, cot_theta, half_sum, tan2_theta};
 use crate::microfacet::masking::MaskingKind;
-use crate::microfacet::{BeckmannMixture, FittedMasking, Fresnel, Masking, SgdNdf, SmithMasking};
+use crate::microfacet::{FittedMasking, Fresnel, Masking, SgdNdf, SmithMasking};
 
 /// Relative accuracy of the exact masking.
 pub const EXACT: f64 = 1e-13;

@@ -39,18 +39,6 @@ impl SgdNdf {
         PI * self.peak * self.alpha.exp() * self.alpha.powf(self.p)
     }
 
-    /// The width α.
-    #[must_use]
-    pub fn alpha(&self) -> f64 {
-        self.alpha
-    }
-
-    /// The exponent p.
-    #[must_use]
-    pub fn p(&self) -> f64 {
-        self.p
-    }
-
     /// D at θ = 0, the largest value of D·cos⁴θ \[1/sr\].
     #[must_use]
     pub fn peak(&self) -> f64 {

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix4, Vector4};
 
 use crate::brdf::batch::arithmetic::{Arithmetic, atan2, exp_m1, ln_1p, min};
-use crate::microfacet::{FittedMasking, Masking, SmithMasking};
+use crate::microfacet::{FittedMasking, SmithMasking};
 
 /// G1 of one channel, as a function of a coordinate that the three channels share.
 pub trait BatchMasking {
@@ -81,7 +81,7 @@ impl TabulatedG1 {
     /// The coarsest table whose measured error keeps [`Self::ACCURACY`], or else the finest.
     #[must_use]
     pub fn new(exact: &SmithMasking) -> Self {
-        let coarse = (4..7).map(|fineness| Self::with_fineness(exact, fineness));
+        let coarse = (5..7).map(|fineness| Self::with_fineness(exact, fineness));
         coarse
             .into_iter()
             .find(|table| table.error(exact) <= Self::ACCURACY)

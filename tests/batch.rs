@@ -1,0 +1,140 @@
+//! The f32 batch path against f64: all published materials, hard cases, and bits that do not
+//! depend on a pair's place.
+
+use glam::{DVec3, Vec3};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
+use sgdbake::brdf::batch::{InstructionSet, LengthMismatch, Pairs, RgbMut, SgdBatch};
+use sgdbake::brdf::{ChannelBrdf, SgdBrdf};
+use sgdbake::material::{Material, catalog, find};
+use sgdbake::math::direction::{cos_sin_degrees, from_cos_sin};
+use sgdbake::microfacet::masking::MaskingKind;
+
+/// Pairs of directions with the same f32 components for both precisions.
+struct Directions {
+    wi: Vec<Vec3>,
+    wo: Vec<Vec3>,
+}
+
+impl Directions {
+    /// For each of several wo: wi uniform over the hemisphere, and wi around the mirror direction
+    /// on every scale down to 1e-4 of the material's width.
+    fn spread(material: &Material, rng: &mut Pcg64Mcg) -> Vec<Self> {
+        [0.0, 20.0, 45.0, 70.0, 85.0, 89.0, 89.9]
+            .map(|theta| {
+                let (cos, sin) = cos_sin_degrees(theta);
+                let wo = from_cos_sin(cos, sin, rng.random::<f64>());
+                let mut wi: Vec<Vec3> = (0..200).map(|_| uniform(rng).as_vec3()).collect();
+                for channel in &material.channels {
+                    wi.extend((0..100).filter_map(|_| near_mirror(wo, channel.alpha, rng)));
+                }
+                Self { wo: vec![wo.as_vec3(); wi.len()], wi }
+            })
+            .into()
+    }
+
+    fn eval(&self, batch: &SgdBatch) -> [Vec<f32>; 3] {
+        let components = |w: &[Vec3], axis: usize| w.iter().map(|w| w[axis]).collect::<Vec<_>>();
+        let wi = [0, 1, 2].map(|axis| components(&self.wi, axis));
+        let wo = [0, 1, 2].map(|axis| components(&self.wo, axis));
+        let mut out = [0, 1, 2].map(|_| vec![f32::NAN; self.wi.len()]);
+        let pairs = Pairs {
+            wi: wi.each_ref().map(Vec::as_slice),
+            wo: wo.each_ref().map(Vec::as_slice),
+        };
+        let mut rgb = RgbMut(out.each_mut().map(Vec::as_mut_slice));
+        batch.eval(&pairs, &mut rgb).expect("equal lengths");
+        out
+    }
+}
+
+fn uniform(rng: &mut Pcg64Mcg) -> DVec3 {
+    let cos: f64 = rng.random();
+    from_cos_sin(cos, (1.0 - cos * cos).sqrt(), rng.random::<f64>() * std::f64::consts::TAU)
+}
+
+fn near_mirror(wo: DVec3, alpha: f64, rng: &mut Pcg64Mcg) -> Option<Vec3> {
+    let slope = alpha.sqrt() * 4.0 * 10_f64.powf(-4.0 * rng.random::<f64>());
+    let (sin, cos) = (rng.random::<f64>() * std::f64::consts::TAU).sin_cos();
+    let h = DVec3::new(slope * cos, slope * sin, 1.0).normalize();
+    let wi = 2.0 * wo.dot(h) * h - wo;
+    (wi.z > 0.0).then(|| wi.as_vec3())
+}
+
+/// The largest |Δf| in units of 1e-5·|f| + 1e-6·(largest f of the same wo).
+fn error(material: &Material, kind: MaskingKind, sets: &[Directions]) -> f64 {
+    let exact = SgdBrdf { channels: material.channels.each_ref().map(|c| ChannelBrdf::with_accuracy(c, kind, 1e-9)) };
+    let batch = SgdBatch::new(material, kind);
+    let mut worst: f64 = 0.0;
+    for directions in sets {
+        let f32s = directions.eval(&batch);
+        let f64s: Vec<[f64; 3]> = directions
+            .wi
+            .iter()
+            .zip(&directions.wo)
+            .map(|(wi, wo)| exact.eval(wi.as_dvec3(), wo.as_dvec3()))
+            .collect();
+        for c in 0..3 {
+            let largest = f64s.iter().map(|f| f[c].abs()).fold(0.0, f64::max);
+            for (i, f) in f64s.iter().enumerate() {
+                let difference = (f64::from(f32s[c][i]) - f[c]).abs();
+                let ratio = difference / (1e-5 * f[c].abs() + 1e-6 * largest);
+                assert!(!ratio.is_nan(), "{} {:?} {:?}", material.name, directions.wi[i], directions.wo[i]);
+                worst = worst.max(ratio);
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn every_published_material_is_within_its_stated_error() {
+    let mut rng = Pcg64Mcg::seed_from_u64(1);
+    let mut worst = [0.0_f64; 2];
+    for entry in catalog() {
+        let sets = Directions::spread(&entry.material, &mut rng);
+        for (kind, worst) in [MaskingKind::Fitted, MaskingKind::Exact].into_iter().zip(&mut worst) {
+            let error = error(&entry.material, kind, &sets);
+            if error > *worst {
+                println!("{} {kind:?} {error}", entry.material.name);
+                *worst = error;
+            }
+        }
+    }
+    println!("largest error in units of the tolerance: fitted {}, exact {}", worst[0], worst[1]);
+    assert!(worst.iter().all(|worst| *worst <= 1.0), "{worst:?}");
+}
+
+#[test]
+fn results_do_not_depend_on_length_place_or_alignment() {
+    let material = &find("gold-paint").expect("catalogue").material;
+    let mut rng = Pcg64Mcg::seed_from_u64(2);
+    let all = &Directions::spread(material, &mut rng)[3];
+    for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
+        for kind in [MaskingKind::Fitted, MaskingKind::Exact] {
+            let batch = SgdBatch::new(material, kind).with_instruction_set(set);
+            let whole = all.eval(&batch);
+            for (start, end) in [(0, 1), (1, 2), (3, 131), (7, 300), (0, 128)] {
+                let part =
+                    Directions { wi: all.wi[start..end].to_vec(), wo: all.wo[start..end].to_vec() };
+                for (part, whole) in part.eval(&batch).iter().zip(&whole) {
+                    assert_eq!(part[..], whole[start..end], "{set:?} {kind:?} {start}..{end}");
+                }
+            }
+            for (i, (wi, wo)) in all.wi.iter().zip(&all.wo).enumerate() {
+                let one = batch.terms(*wi, *wo).map(|terms| terms.brdf as f32);
+                assert_eq!(one, [whole[0][i], whole[1][i], whole[2][i]], "{set:?} {kind:?} {i}");
+            }
+        }
+    }
+}
+
+#[test]
+fn slices_of_different_lengths_are_refused() {
+    let batch = SgdBatch::new(&find("chrome").expect("catalogue").material, MaskingKind::Fitted);
+    let (two, three) = ([0.0, 1.0], [0.0; 3]);
+    let (mut r, mut g, mut b) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+    let pairs = Pairs { wi: [&two, &two, &two], wo: [&two, &two, &three] };
+    let refused = batch.eval(&pairs, &mut RgbMut([&mut r, &mut g, &mut b]));
+    assert_eq!(refused, Err(LengthMismatch { expected: 2, found: 3 }));
+}
