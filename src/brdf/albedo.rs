@@ -142,11 +142,15 @@ pub fn specular_albedo(channel: &ChannelBrdf, cos_theta_o: f64) -> f64 {
     4.0 * channel.rho_s / PI * moments.with_fresnel(&channel.fresnel)
 }
 
-/// Directional albedo ∫ f(wi, wo) cosθi dωi per channel, at cosθo in (0, 1].
+/// Directional albedo ∫ f(wi, wo) cosθi dωi per channel, at cosθo in (0, 1]; 0 at and below the
+/// horizon.
 ///
 /// The published fits do not conserve energy: values above 1 occur and are not clamped.
 #[must_use]
 pub fn directional_albedo(brdf: &SgdBrdf, cos_theta_o: f64) -> [f64; 3] {
+    if cos_theta_o.is_nan() || cos_theta_o < f64::MIN_POSITIVE {
+        return [0.0; 3];
+    }
     brdf.channels.each_ref().map(|channel| channel.rho_d + specular_albedo(channel, cos_theta_o))
 }
 

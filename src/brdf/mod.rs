@@ -8,6 +8,7 @@ pub mod gltf;
 pub mod lobes;
 pub mod one_lobe;
 pub mod reflectance;
+pub mod sampler;
 
 pub use albedo::{FresnelMoments, directional_albedo};
 pub use batch::SgdBatch;
@@ -16,3 +17,4 @@ pub use gltf::GltfBrdf;
 pub use lobes::LobesBrdf;
 pub use one_lobe::{Distribution, OneLobeBrdf};
 pub use reflectance::Reflectance;
+pub use sampler::{Sampler, Strategy};

@@ -11,6 +11,7 @@ mod dressing;
 mod eval;
 mod export;
 mod materials;
+mod sample;
 mod slice;
 
 use std::process::ExitCode;
@@ -48,6 +49,8 @@ enum Command {
     Eval(eval::Arguments),
     /// The factors D, Λ, G1 and F against one angle
     Slice(slice::Arguments),
+    /// The albedo estimated by sampling, beside its quadrature
+    Sample(sample::Arguments),
     /// Lookup textures and the manifest that tells how to decode them
     Bake(bake::Arguments),
     /// A scene with measured materials in its slots: fitted, with parameters and textures
@@ -72,6 +75,7 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Materials(arguments) => materials::run(arguments, output),
         Command::Eval(arguments) => eval::run(arguments, output),
         Command::Slice(arguments) => slice::run(arguments, output),
+        Command::Sample(arguments) => sample::run(arguments, output),
         Command::Bake(arguments) => bake::run(arguments, output),
         Command::Export(arguments) => export::run(arguments, output),
     }

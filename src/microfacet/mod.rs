@@ -5,6 +5,7 @@ pub mod beckmann_mixture;
 pub mod fresnel;
 pub mod masking;
 pub mod ndf;
+pub mod visible_normals;
 
 pub use beckmann_mixture::{BeckmannLobe, BeckmannMixture};
 pub use fresnel::Fresnel;
