@@ -59,6 +59,28 @@ impl Distribution {
     }
 }
 
+impl Distribution {
+    /// ∂ ln D/∂ ln α at x = tan²θ.
+    #[must_use]
+    pub fn ndf_slope(self, alpha: f64, tan2_theta: f64) -> f64 {
+        let alpha2 = alpha * alpha;
+        match self {
+            Self::Beckmann => 2.0 * (tan2_theta / alpha2 - 1.0),
+            Self::Ggx => 2.0 - 4.0 * alpha2 / (alpha2 + tan2_theta),
+        }
+    }
+
+    /// ∂Λ/∂ ln α at cotθ: e^{−a²}/(2a√π) of Beckmann, 1/(2a√(1+a²)) of GGX, a = cotθ/α.
+    #[must_use]
+    pub fn lambda_slope(self, alpha: f64, cot_theta: f64) -> f64 {
+        let a = cot_theta / alpha;
+        match self {
+            Self::Beckmann => (-a * a).exp() / (2.0 * a * PI.sqrt()),
+            Self::Ggx => 0.5 / (a * (1.0 + a * a).sqrt()),
+        }
+    }
+}
+
 /// Smith's Λ of a GGX surface at a = cotθ/α: ½(√(1 + 1/a²) − 1) (Heitz 2014, eq. 72).
 #[must_use]
 pub fn ggx_lambda(a: f64) -> f64 {

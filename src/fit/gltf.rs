@@ -5,33 +5,36 @@ use std::f64::consts::FRAC_1_PI;
 use nalgebra::DVector;
 use serde::Serialize;
 
+use crate::brdf::Distribution;
 use crate::brdf::gltf::{DIELECTRIC_F0, GltfBrdf, coat_fresnel, ggx_lobe, schlick_weight};
 use crate::fit::metric::Metric;
 use crate::fit::reason::{self, Reason};
-use crate::fit::target::Target;
+use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
+use crate::fit::valleys::{Valley, valleys};
 use crate::material::Material;
 use crate::math::box_least_squares::{Bounds, Minimum, NormalEquations, Residuals, minimise};
-use crate::math::line_search::{Point, refine};
 
-/// The best glTF material, with its residual.
+/// The best glTF material, with its residuals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GltfFit {
     /// The material's factors.
     #[serde(flatten)]
     pub material: GltfBrdf,
-    /// Relative residual per channel.
-    pub residual: [f64; 3],
+    /// How far it is from the SGD material.
+    pub residuals: FitResiduals,
     /// What is odd about the material or the fit.
     pub reasons: Vec<Reason>,
 }
 
 /// Roughness that is searched: below it a lobe is a mirror for any picture.
 pub const ROUGHNESS_RANGE: [f64; 2] = [0.03, 1.0];
-/// Roughness values looked at before the best is refined.
-const SCAN: usize = 12;
-/// Width of the final bracket of roughness.
-const ROUGHNESS_TOLERANCE: f64 = 1e-4;
-/// A property beyond the core is used only where it lowers the residual by this factor.
+/// Roughness values looked at before the best are refined.
+const SCAN: usize = 10;
+/// Relative decrease of Σ r² at which the scan and the refinement end.
+const SCAN_TOLERANCE: f64 = 1e-2;
+const TOLERANCE: f64 = 1e-8;
+
+/// An extension is used only where it lowers the residual to this share of what it is without.
 const WORTHWHILE: f64 = 0.95;
 
 /// The best glTF material in the default metric.
@@ -42,207 +45,298 @@ pub fn fit(material: &Material) -> GltfFit {
 
 /// The best glTF material for a target, in `metric`.
 ///
-/// For a given roughness the other factors follow from [`minimise`] inside their ranges; roughness
-/// itself from a scan over its whole range and golden sections around the best. First with core
-/// properties alone, then with `KHR_materials_specular`: a dielectric whose F0 is any colour, which
-/// reaches whatever a metallic factor between 0 and 1 does. The extension is kept where it lowers
-/// the residual by more than 5 %.
+/// Three families, each containing materials that the one before cannot reach: core properties
+/// alone; a dielectric with `KHR_materials_specular`, whose F0 may be any colour; that with
+/// `KHR_materials_clearcoat`. A family is chosen where it lowers the residual by more than 5 %. Its
+/// best material is found by a scan over roughness and a descent from every valley that shows.
 #[must_use]
 pub fn fit_target(target: &Target, metric: Metric) -> GltfFit {
     let search = Search::new(target, metric);
-    let core = search.best(&Family::Core);
-    let specular = search.best(&Family::Specular);
-    let plain =
-        if specular.squares < WORTHWHILE.powi(2) * core.squares { &specular } else { &core };
-    let material = plain.material();
-    let mut reasons = reason::of_material(&target.material);
-    if plain.x[METALLIC] > 0.5 {
-        reasons.push(Reason::Metal);
+    let core = search.best(Family::Core);
+    let specular = search.best(Family::Specular);
+    let coated = search.coated(&specular);
+    let mut chosen = Choice { solution: &core, reasons: reason::of_material(&target.material) };
+    chosen.prefer(&specular, |core| Reason::SpecularExtension { core });
+    chosen.prefer(&coated, |without| Reason::Clearcoat { without });
+    chosen.finish(target)
+}
+
+/// The best so far, and why.
+struct Choice<'a> {
+    solution: &'a Minimum,
+    reasons: Vec<Reason>,
+}
+
+impl<'a> Choice<'a> {
+    /// Takes `other` where it is worth its extension; the reason is given the residual without.
+    fn prefer(&mut self, other: &'a Minimum, reason: impl Fn(f64) -> Reason) {
+        if other.squares < WORTHWHILE.powi(2) * self.solution.squares {
+            self.reasons.push(reason(self.solution.squares.sqrt()));
+            self.solution = other;
+        }
     }
-    GltfFit { residual: search.residual(&material), material, reasons }
+
+    fn finish(mut self, target: &Target) -> GltfFit {
+        let material = gltf_material(&self.solution.x);
+        if material.metallic > 0.5 {
+            self.reasons.push(Reason::Metal);
+        }
+        GltfFit { residuals: target.residuals(&material), material, reasons: self.reasons }
+    }
 }
 
 /// Where each unknown stands: specular factor, F0 of the three channels, base colour of the three,
-/// metallic, clearcoat.
+/// metallic, roughness, clearcoat, its roughness.
 const SPECULAR: usize = 0;
 const F0: usize = 1;
 const BASE: usize = 4;
 const METALLIC: usize = 7;
-const CLEARCOAT: usize = 8;
-const UNKNOWNS: usize = 9;
+const ROUGHNESS: usize = 8;
+const CLEARCOAT: usize = 9;
+const COAT_ROUGHNESS: usize = 10;
+const UNKNOWNS: usize = 11;
 
 /// Which unknowns a fit may move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Family {
     /// Base colour, metallic and roughness.
     Core,
-    /// Base colour, specular factor and colour of a dielectric.
+    /// Base colour, roughness, specular factor and colour of a dielectric.
     Specular,
+    /// The same under a clear coat.
+    Coated,
 }
 
 impl Family {
-    fn bounds(&self) -> Bounds {
-        let held = |values: [f64; UNKNOWNS]| DVector::from_column_slice(&values);
+    fn bounds(self) -> Bounds {
         const F: f64 = DIELECTRIC_F0;
-        match self {
-            Self::Core => Bounds {
-                lower: held([1.0, F, F, F, 0.0, 0.0, 0.0, 0.0, 0.0]),
-                upper: held([1.0, F, F, F, 1.0, 1.0, 1.0, 1.0, 0.0]),
-            },
-            Self::Specular => Bounds {
-                lower: held([0.0; UNKNOWNS]),
-                upper: held([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0]),
-            },
-        }
+        let [low, high] = ROUGHNESS_RANGE;
+        let (lower, upper) = match self {
+            Self::Core => (
+                [1.0, F, F, F, 0.0, 0.0, 0.0, 0.0, low, 0.0, high],
+                [1.0, F, F, F, 1.0, 1.0, 1.0, 1.0, high, 0.0, high],
+            ),
+            Self::Specular => (
+                [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, low, 0.0, high],
+                [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, high, 0.0, high],
+            ),
+            Self::Coated => (
+                [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, low, 0.0, low],
+                [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, high, 1.0, high],
+            ),
+        };
+        let vector = |values: [f64; UNKNOWNS]| DVector::from_column_slice(&values);
+        Bounds { lower: vector(lower), upper: vector(upper) }
+    }
+
+    /// The family with its roughness held.
+    fn bounds_at(self, roughness: f64) -> Bounds {
+        let mut bounds = self.bounds();
+        (bounds.lower[ROUGHNESS], bounds.upper[ROUGHNESS]) = (roughness, roughness);
+        bounds
     }
 }
 
-/// The best factors at the best roughness.
-struct Solution {
-    roughness: f64,
-    x: DVector<f64>,
-    squares: f64,
-}
-
-impl Solution {
-    fn material(&self) -> GltfBrdf {
-        let x = &self.x;
-        GltfBrdf {
-            base_color: std::array::from_fn(|c| x[BASE + c]),
-            metallic: x[METALLIC],
-            roughness: self.roughness,
-            specular_factor: x[SPECULAR],
-            specular_color: std::array::from_fn(|c| x[F0 + c] / DIELECTRIC_F0),
-            clearcoat: None,
-            clearcoat_roughness: None,
-        }
+/// The factors of a solution.
+fn gltf_material(x: &DVector<f64>) -> GltfBrdf {
+    // F0 of no consequence is that of glass.
+    let visible = x[SPECULAR] > 0.0 && x[METALLIC] < 1.0;
+    let coated = x[CLEARCOAT] > 0.0;
+    GltfBrdf {
+        base_color: std::array::from_fn(|c| x[BASE + c]),
+        metallic: x[METALLIC],
+        roughness: x[ROUGHNESS],
+        specular_factor: x[SPECULAR],
+        specular_color: std::array::from_fn(|c| {
+            if visible { x[F0 + c] / DIELECTRIC_F0 } else { 1.0 }
+        }),
+        clearcoat: coated.then_some(x[CLEARCOAT]),
+        clearcoat_roughness: coated.then_some(x[COAT_ROUGHNESS]),
     }
 }
 
-/// A pair of directions with everything that does not depend on the unknowns.
-struct Sample {
-    weight: f64,
-    cos_theta_i: f64,
+/// What does not depend on the unknowns at a pair of directions.
+struct Fixed {
     schlick_weight: f64,
     coat_fresnel: f64,
-    goal: [f64; 3],
+}
+
+/// A lobe V·D at a pair, and its derivative by roughness.
+#[derive(Clone, Copy, Default)]
+struct LobeSample {
+    value: f64,
+    slope: f64,
 }
 
 struct Search<'a> {
     target: &'a Target,
     metric: Metric,
-    samples: Vec<Sample>,
+    goals: [Vec<f64>; 3],
+    fixed: Vec<Fixed>,
 }
 
 impl<'a> Search<'a> {
     fn new(target: &'a Target, metric: Metric) -> Self {
-        let sample = |i: usize| {
-            let pair = &target.pairs[i];
-            let goal = |f: &Vec<f64>| metric.transform(f[i], pair.cos_theta[0]).0;
-            Sample {
-                weight: pair.weight,
-                cos_theta_i: pair.cos_theta[0],
-                schlick_weight: schlick_weight(pair.cos_theta_d),
-                coat_fresnel: coat_fresnel(pair.cos_theta[1]),
-                goal: target.channels.each_ref().map(goal),
-            }
+        let fixed = |pair: &Pair| Fixed {
+            schlick_weight: schlick_weight(pair.cos_theta_d),
+            coat_fresnel: coat_fresnel(pair.cos_theta[1]),
         };
-        Self { target, metric, samples: (0..target.pairs.len()).map(sample).collect() }
+        let goals = std::array::from_fn(|c| target.goal(metric, c));
+        Self { target, metric, goals, fixed: target.pairs.iter().map(fixed).collect() }
     }
 
-    /// The best roughness and factors of a family.
-    fn best(&self, family: &Family) -> Solution {
+    /// The best of a family without a coat.
+    fn best(&self, family: Family) -> Minimum {
+        let scan = self.scan(family);
+        let starts = valleys(&scan.iter().map(|m| m.squares).collect::<Vec<_>>());
+        let equations = |x: &DVector<f64>| self.equations(x, &self.lobe(x[ROUGHNESS]));
+        let descend =
+            |Valley(i): Valley| minimise(equations, &scan[i].x, &family.bounds(), TOLERANCE);
+        lowest(starts.into_iter().map(descend))
+    }
+
+    /// The best factors of a family at roughness values from rough to smooth.
+    fn scan(&self, family: Family) -> Vec<Minimum> {
         let [low, high] = ROUGHNESS_RANGE;
-        let step = (high - low) / (SCAN - 1) as f64;
-        let scan = (0..SCAN).map(|i| low + step * i as f64);
-        let scan: Vec<Point> =
-            scan.map(|x| Point { x, value: self.factors(family, x).squares }).collect();
-        let best = refine(&scan, ROUGHNESS_TOLERANCE, |x| self.factors(family, x).squares);
-        let Minimum { x, squares } = self.factors(family, best.x);
-        Solution { roughness: best.x, x, squares }
+        let mut x = DVector::from_column_slice(&[
+            0.5, 0.2, 0.2, 0.2, 0.3, 0.3, 0.3, 0.5, high, 0.0, high,
+        ]);
+        let at = |i: usize| {
+            let roughness = high + (low - high) * i as f64 / (SCAN - 1) as f64;
+            let lobe = self.lobe(roughness);
+            let bounds = family.bounds_at(roughness);
+            let best = minimise(|x| self.equations(x, &lobe), &x, &bounds, SCAN_TOLERANCE);
+            x.clone_from(&best.x);
+            best
+        };
+        (0..SCAN).map(at).collect()
     }
 
-    /// The best factors of a family at a given roughness.
-    fn factors(&self, family: &Family, roughness: f64) -> Minimum {
-        let lobe = self.lobe(roughness);
-        let start = DVector::from_column_slice(&[0.5, 0.2, 0.2, 0.2, 0.3, 0.3, 0.3, 0.5, 0.0]);
-        minimise(|x| self.equations(x, &lobe, &lobe), &start, &family.bounds())
+    /// The best with a clear coat over a dielectric, from coats sharper and softer than its lobe.
+    fn coated(&self, plain: &Minimum) -> Minimum {
+        let equations = |x: &DVector<f64>| {
+            self.coated_equations(x, &self.lobe(x[ROUGHNESS]), &self.lobe(x[COAT_ROUGHNESS]))
+        };
+        let descend = |factor: f64| {
+            let mut x = plain.x.clone();
+            x[CLEARCOAT] = 0.5;
+            x[COAT_ROUGHNESS] = factor * x[ROUGHNESS];
+            minimise(equations, &x, &Family::Coated.bounds(), TOLERANCE)
+        };
+        lowest([0.4, 2.5].into_iter().map(descend))
     }
 
     /// V·D at every pair.
-    fn lobe(&self, roughness: f64) -> Vec<f64> {
-        let pairs = self.target.pairs.iter();
-        let alpha = roughness * roughness;
-        pairs.map(|p| ggx_lobe(alpha, p.tan2_theta_h, p.cot_theta, p.cos_theta)).collect()
+    fn lobe(&self, roughness: f64) -> Vec<LobeSample> {
+        self.target.pairs.iter().map(|pair| lobe_sample(roughness, pair)).collect()
     }
 
-    fn equations(&self, x: &DVector<f64>, lobe: &[f64], coat_lobe: &[f64]) -> NormalEquations {
-        let mut sums = Residuals::none();
-        let brightest = (F0..F0 + 3).max_by(|a, b| x[*a].total_cmp(&x[*b])).unwrap_or(F0);
-        for (i, sample) in self.samples.iter().enumerate() {
-            for (c, goal) in sample.goal.iter().enumerate() {
-                let (f, row) = value(x, c, brightest, sample, lobe[i], coat_lobe[i]);
-                let (value, slope) = self.metric.transform(f, sample.cos_theta_i);
-                sums.add(sample.weight, value - goal, &row.map(|d: f64| d * slope));
+    fn equations(&self, x: &DVector<f64>, lobe: &[LobeSample]) -> NormalEquations {
+        let brightest = brightest(x);
+        let mut equations = NormalEquations::zero(UNKNOWNS);
+        for c in 0..3 {
+            let mut sums = Residuals::none();
+            for (i, lobe) in lobe.iter().enumerate() {
+                let material = material(x, c, brightest, &self.fixed[i], *lobe);
+                let (residual, slope) = self.residual(c, i, material.0);
+                sums.add(self.target.pairs[i].weight, residual, &material.1.map(|d| d * slope));
             }
+            let places = [SPECULAR, F0 + c, brightest, BASE + c, METALLIC, ROUGHNESS];
+            equations.add(&sums, places);
         }
-        sums.into()
+        equations
     }
 
-    fn residual(&self, material: &GltfBrdf) -> [f64; 3] {
-        let fit = self.values(material);
-        std::array::from_fn(|c| self.target.residual(self.metric, c, &fit[c]))
+    fn coated_equations(
+        &self,
+        x: &DVector<f64>,
+        lobe: &[LobeSample],
+        coat_lobe: &[LobeSample],
+    ) -> NormalEquations {
+        let brightest = brightest(x);
+        let mut equations = NormalEquations::zero(UNKNOWNS);
+        for c in 0..3 {
+            let mut sums = Residuals::none();
+            for (i, (lobe, coat)) in lobe.iter().zip(coat_lobe).enumerate() {
+                let (material, row) = material(x, c, brightest, &self.fixed[i], *lobe);
+                let share = self.fixed[i].coat_fresnel * x[CLEARCOAT];
+                let f = (1.0 - share) * material + share * coat.value;
+                let (residual, slope) = self.residual(c, i, f);
+                let [s, f0, most, base, metallic, roughness] =
+                    row.map(|d| d * slope * (1.0 - share));
+                let by_coat = slope * self.fixed[i].coat_fresnel * (coat.value - material);
+                let by_coat_roughness = slope * share * coat.slope;
+                let row = [s, f0, most, base, metallic, roughness, by_coat, by_coat_roughness];
+                sums.add(self.target.pairs[i].weight, residual, &row);
+            }
+            let places = [
+                SPECULAR, F0 + c, brightest, BASE + c, METALLIC, ROUGHNESS, CLEARCOAT,
+                COAT_ROUGHNESS,
+            ];
+            equations.add(&sums, places);
+        }
+        equations
     }
 
-    /// f of each channel at every pair.
-    fn values(&self, material: &GltfBrdf) -> [Vec<f64>; 3] {
-        let lobe = self.lobe(material.roughness);
-        let coat_lobe = self.lobe(material.clearcoat_roughness.unwrap_or(1.0));
-        let f0 = material.specular_color.map(|c| c * DIELECTRIC_F0);
-        let x = DVector::from_iterator(
-            UNKNOWNS,
-            [material.specular_factor]
-                .into_iter()
-                .chain(f0)
-                .chain(material.base_color)
-                .chain([material.metallic, material.clearcoat.unwrap_or(0.0)]),
-        );
-        let brightest = (F0..F0 + 3).max_by(|a, b| x[*a].total_cmp(&x[*b])).unwrap_or(F0);
-        std::array::from_fn(|c| {
-            let samples = self.samples.iter().enumerate();
-            samples.map(|(i, s)| value(&x, c, brightest, s, lobe[i], coat_lobe[i]).0).collect()
-        })
+    /// g(f) − goal at a pair and its derivative by f.
+    #[inline]
+    fn residual(&self, c: usize, i: usize, f: f64) -> (f64, f64) {
+        let (value, slope) = self.metric.transform(f, self.target.pairs[i].cos_theta[0]);
+        (value - self.goals[c][i], slope)
     }
 }
 
-/// f of channel `c` (see [`GltfBrdf`] for the formula) and its derivatives.
+/// The channel whose F0 is the largest, as the place of its unknown.
+fn brightest(x: &DVector<f64>) -> usize {
+    (F0..F0 + 3).max_by(|a, b| x[*a].total_cmp(&x[*b])).unwrap_or(F0)
+}
+
+/// The lowest of at least one minimum.
+fn lowest(minima: impl Iterator<Item = Minimum>) -> Minimum {
+    minima
+        .min_by(|a, b| a.squares.total_cmp(&b.squares))
+        .expect("a scan has at least one valley, its lowest point")
+}
+
+/// V·D and its derivative by roughness.
+fn lobe_sample(roughness: f64, pair: &Pair) -> LobeSample {
+    let alpha = roughness * roughness;
+    let value = ggx_lobe(alpha, pair.tan2_theta_h, pair.cot_theta, pair.cos_theta);
+    let lambda = pair.cot_theta.map(|cot| Distribution::Ggx.lambda(alpha, cot));
+    let slope = pair.cot_theta.map(|cot| Distribution::Ggx.lambda_slope(alpha, cot));
+    let by_log_alpha = Distribution::Ggx.ndf_slope(alpha, pair.tan2_theta_h)
+        - (slope[0] + slope[1]) / (1.0 + lambda[0] + lambda[1]);
+    LobeSample { value, slope: value * by_log_alpha * 2.0 / roughness }
+}
+
+/// f of channel `c` without a coat (see [`GltfBrdf`] for the formula) and its derivatives by
+/// specular factor, own F0, largest F0, base colour, metallic and roughness.
 #[inline]
-fn value(
+fn material(
     x: &DVector<f64>,
     c: usize,
     brightest: usize,
-    sample: &Sample,
-    lobe: f64,
-    coat_lobe: f64,
-) -> (f64, [f64; UNKNOWNS]) {
-    let u = sample.schlick_weight;
+    fixed: &Fixed,
+    lobe: LobeSample,
+) -> (f64, [f64; 6]) {
+    let u = fixed.schlick_weight;
     let (s, f0, base, metallic) = (x[SPECULAR], x[F0 + c], x[BASE + c], x[METALLIC]);
     let fr = f0 + (1.0 - f0) * u;
     let most = x[brightest] + (1.0 - x[brightest]) * u;
-    let dielectric = (1.0 - s * most) * base * FRAC_1_PI + s * fr * lobe;
-    let metal = (base + (1.0 - base) * u) * lobe;
-    let material = (1.0 - metallic) * dielectric + metallic * metal;
-    let under = 1.0 - x[CLEARCOAT] * sample.coat_fresnel;
-
-    let mut row = [0.0; UNKNOWNS];
-    let by_dielectric = under * (1.0 - metallic);
-    row[SPECULAR] = by_dielectric * (fr * lobe - most * base * FRAC_1_PI);
-    row[F0 + c] = by_dielectric * s * (1.0 - u) * lobe;
-    row[brightest] -= by_dielectric * s * (1.0 - u) * base * FRAC_1_PI;
-    row[BASE + c] =
-        by_dielectric * (1.0 - s * most) * FRAC_1_PI + under * metallic * (1.0 - u) * lobe;
-    row[METALLIC] = under * (metal - dielectric);
-    row[CLEARCOAT] = sample.coat_fresnel * (coat_lobe - material);
-    (under * material + x[CLEARCOAT] * sample.coat_fresnel * coat_lobe, row)
+    let metal_fr = base + (1.0 - base) * u;
+    let through = 1.0 - s * most;
+    let dielectric = through * base * FRAC_1_PI + s * fr * lobe.value;
+    let metal = metal_fr * lobe.value;
+    let nonmetallic = 1.0 - metallic;
+    let row = [
+        nonmetallic * (fr * lobe.value - most * base * FRAC_1_PI),
+        nonmetallic * s * (1.0 - u) * lobe.value,
+        -nonmetallic * s * (1.0 - u) * base * FRAC_1_PI,
+        nonmetallic * through * FRAC_1_PI + metallic * (1.0 - u) * lobe.value,
+        metal - dielectric,
+        (nonmetallic * s * fr + metallic * metal_fr) * lobe.slope,
+    ];
+    (nonmetallic * dielectric + metallic * metal, row)
 }
 
 #[cfg(test)]
@@ -253,7 +347,7 @@ mod tests {
     #[test]
     fn factors_are_in_their_ranges() {
         for entry in catalog().iter().step_by(25) {
-            let GltfFit { material, residual, .. } = fit(&entry.material);
+            let GltfFit { material, residuals, .. } = fit(&entry.material);
             let unit = material.base_color.into_iter().chain([
                 material.metallic,
                 material.roughness,
@@ -261,7 +355,7 @@ mod tests {
             ]);
             assert!(unit.into_iter().all(|x| (0.0..=1.0).contains(&x)), "{material:?}");
             assert!(material.specular_color.iter().all(|x| (0.0..=25.0).contains(x)));
-            assert!(residual.iter().all(|r| *r < 0.3), "{residual:?}");
+            assert!(residuals.cube_root.iter().all(|r| *r < 0.3), "{residuals:?}");
         }
     }
 }

@@ -25,8 +25,11 @@ pub const MOST_LOBES: usize = 32;
 const SAMPLES: usize = 40;
 const JUDGED_SAMPLES: usize = 400;
 
+/// Relative decrease of the sum of squares at which the search ends.
+const TOLERANCE: f64 = 1e-3;
+
 /// The weight of the condition Σ_j w_j = 1 next to one sample's relative error.
-const SUM_WEIGHT: f64 = 1e4;
+const SUM_WEIGHT: f64 = 1e2;
 
 /// The mixture of `count` Beckmann lobes closest to a material's distributions.
 ///
@@ -36,9 +39,11 @@ const SUM_WEIGHT: f64 = 1e4;
 #[must_use]
 pub fn fit(material: &Material, count: usize) -> LobesFit {
     let problem = Problem::new(material, count.clamp(1, MOST_LOBES));
-    let fits = problem.starts().into_iter().map(|start| problem.solve(&start));
-    let best = fits.min_by(|a, b| a.squares.total_cmp(&b.squares));
-    let lobes = problem.lobes(&best.map_or_else(|| problem.even_widths(0.0), |best| best.x));
+    let weighed = problem.starts().into_iter().map(|start| problem.weigh(&start));
+    let best = weighed.min_by(|a, b| a.squares.total_cmp(&b.squares));
+    let best = best.expect("there are several starts");
+    let best = minimise(|x| problem.equations(x), &best.x, &problem.bounds(), TOLERANCE);
+    let lobes = problem.lobes(&best.x);
     LobesFit {
         residual: std::array::from_fn(|c| residual(&lobes, c, &material.channels[c])),
         lobes,
@@ -109,63 +114,82 @@ impl Problem {
     }
 
     fn starts(&self) -> Vec<DVector<f64>> {
-        [0.1, 0.3, 0.5].iter().map(|from| self.even_widths(*from)).collect()
+        [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8].iter().map(|from| self.even_widths(*from)).collect()
     }
 
-    /// The weights for the start's widths first, then everything.
-    fn solve(&self, start: &DVector<f64>) -> Minimum {
-        let n = self.count;
-        let free = Bounds {
-            lower: DVector::from_fn(4 * n, |i, _| if i < n { self.range[0] } else { 0.0 }),
-            upper: DVector::from_fn(
-                4 * n,
-                |i, _| if i < n { self.range[1] } else { f64::INFINITY },
-            ),
-        };
-        let mut held = free.clone();
-        for i in 0..n {
-            (held.lower[i], held.upper[i]) = (start[i], start[i]);
+    /// The weights alone, for the widths of `start`.
+    fn weigh(&self, start: &DVector<f64>) -> Minimum {
+        let mut bounds = self.bounds();
+        for i in 0..self.count {
+            (bounds.lower[i], bounds.upper[i]) = (start[i], start[i]);
         }
-        let weighted = minimise(|x| self.equations(x), start, &held);
-        minimise(|x| self.equations(x), &weighted.x, &free)
+        minimise(|x| self.equations(x), start, &bounds, TOLERANCE)
+    }
+
+    /// Widths in their range, weights ≥ 0.
+    fn bounds(&self) -> Bounds {
+        let n = self.count;
+        let side = |i: usize, of_widths: f64, of_weights: f64| if i < n { of_widths } else { of_weights };
+        let [low, high] = self.range;
+        Bounds {
+            lower: DVector::from_fn(4 * n, |i, _| side(i, low, 0.0)),
+            upper: DVector::from_fn(4 * n, |i, _| side(i, high, f64::INFINITY)),
+        }
     }
 
     fn equations(&self, x: &DVector<f64>) -> NormalEquations {
         let n = self.count;
-        let lobes: Vec<BeckmannNdf> = (0..n).map(|j| BeckmannNdf { alpha: x[j].exp() }).collect();
-        let mut squares = 0.0;
-        let mut gradient = DVector::zeros(4 * n);
-        let mut hessian = DMatrix::zeros(4 * n, 4 * n);
-        let mut row = vec![0.0; 2 * n];
+        let basis = self.basis(&x.rows(0, n).map(f64::exp));
+        let mut equations = NormalEquations::zero(4 * n);
         for c in 0..3 {
-            let weights = x.rows((1 + c) * n, n);
-            // Unknown j of this channel's row: n widths, then its n weights.
-            let place = |j: usize| if j < n { j } else { j + c * n };
-            let mut add = |row: &[f64], residual: f64, weight: f64| {
-                squares += weight * residual * residual;
-                for i in 0..2 * n {
-                    gradient[place(i)] += weight * residual * row[i];
-                    for j in 0..=i {
-                        hessian[(place(i), place(j))] += weight * row[i] * row[j];
-                    }
-                }
-            };
-            for (tan2, (goal, scale)) in self.tan2_theta.iter().zip(&self.goals[c]) {
-                let mut value = -goal;
-                for (j, lobe) in lobes.iter().enumerate() {
-                    let d = scale * lobe.eval(*tan2);
-                    value += weights[j] * d;
-                    // ∂D/∂lnα = 2 (x/α² − 1) D.
-                    row[j] = weights[j] * d * 2.0 * (tan2 / (lobe.alpha * lobe.alpha) - 1.0);
-                    row[n + j] = d;
-                }
-                add(&row, value, 1.0);
-            }
-            row[..n].fill(0.0);
-            row[n..].fill(1.0);
-            add(&row, weights.sum() - 1.0, SUM_WEIGHT);
+            self.add_channel(&mut equations, c, x, &basis);
         }
-        NormalEquations { squares, gradient, hessian }
+        equations
+    }
+
+    /// D of each lobe at each angle (columns), and ∂D/∂lnα = 2 (x/α² − 1) D.
+    fn basis(&self, alpha: &DVector<f64>) -> [DMatrix<f64>; 2] {
+        let density = |i: usize, j: usize| BeckmannNdf { alpha: alpha[j] }.eval(self.tan2_theta[i]);
+        let density = DMatrix::from_fn(self.tan2_theta.len(), self.count, density);
+        let slope = DMatrix::from_fn(self.tan2_theta.len(), self.count, |i, j| {
+            2.0 * (self.tan2_theta[i] / (alpha[j] * alpha[j]) - 1.0) * density[(i, j)]
+        });
+        [density, slope]
+    }
+
+    /// Adds a channel's relative errors and the condition on its weights' sum.
+    fn add_channel(
+        &self,
+        equations: &mut NormalEquations,
+        c: usize,
+        x: &DVector<f64>,
+        [density, slope]: &[DMatrix<f64>; 2],
+    ) {
+        let n = self.count;
+        let samples = self.tan2_theta.len();
+        let weights = x.rows((1 + c) * n, n);
+        let mut jacobian = DMatrix::zeros(samples + 1, 2 * n);
+        let mut residual = DVector::zeros(samples + 1);
+        for (i, (goal, scale)) in self.goals[c].iter().enumerate() {
+            for j in 0..n {
+                jacobian[(i, j)] = scale * weights[j] * slope[(i, j)];
+                jacobian[(i, n + j)] = scale * density[(i, j)];
+                residual[i] += scale * weights[j] * density[(i, j)];
+            }
+            residual[i] -= goal;
+        }
+        jacobian.view_mut((samples, n), (1, n)).fill(SUM_WEIGHT);
+        residual[samples] = SUM_WEIGHT * (weights.sum() - 1.0);
+        equations.squares += residual.norm_squared();
+        let (hessian, gradient) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&residual));
+        // Unknown j of this channel: the n widths, then its own n weights.
+        let place = |j: usize| if j < n { j } else { j + c * n };
+        for i in 0..2 * n {
+            equations.gradient[place(i)] += gradient[i];
+            for j in 0..2 * n {
+                equations.hessian[(place(i), place(j))] += hessian[(i, j)];
+            }
+        }
     }
 
     /// The mixture of a solution, weights scaled to sum exactly to 1, widths ascending.

@@ -20,6 +20,8 @@ pub enum Metric {
 
 /// (6/29)³, below which CIELAB's cube root continues as its tangent.
 const TOE: f64 = 216.0 / 24389.0;
+/// The slope there: (29/6)²/3.
+const TOE_SLOPE: f64 = 841.0 / 108.0;
 
 impl Metric {
     /// All metrics.
@@ -44,8 +46,7 @@ impl Metric {
                 (root, root / (3.0 * x))
             }
             Self::CubeRoot => {
-                let slope = TOE.powf(-2.0 / 3.0) / 3.0;
-                (slope * x + 4.0 / 29.0, slope)
+                (TOE_SLOPE * x + 4.0 / 29.0, TOE_SLOPE)
             }
             Self::Log => (x.ln_1p(), 1.0 / (1.0 + x)),
         }

@@ -7,6 +7,7 @@ pub mod metric;
 pub mod one_lobe;
 pub mod reason;
 pub mod target;
+pub mod valleys;
 
 pub use metric::Metric;
 pub use reason::Reason;

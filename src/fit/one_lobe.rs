@@ -10,33 +10,33 @@ use crate::brdf::one_lobe::{
 };
 use crate::fit::metric::Metric;
 use crate::fit::reason::{self, Reason};
-use crate::fit::target::{Pair, Target};
+use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
+use crate::fit::valleys::{Valley, valleys};
 use crate::material::{Channel, ChannelParams, Material};
-use crate::math::box_least_squares::{Bounds, Minimum, Residuals, minimise};
-use crate::math::line_search::{Point, refine};
+use crate::math::box_least_squares::{Bounds, Minimum, NormalEquations, Residuals, minimise};
 
 /// The best fits of one lobe: a width per channel, and one width for all three.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OneLobeFit {
     /// The best of every channel by itself.
     pub per_channel: OneLobeBrdf,
+    /// How far `per_channel` is from the material.
+    pub per_channel_residuals: FitResiduals,
     /// The best with one width for the three channels.
     pub joint: OneLobeBrdf,
-    /// Relative residuals of `per_channel`.
-    pub per_channel_residual: [f64; 3],
-    /// Relative residuals of `joint`.
-    pub joint_residual: [f64; 3],
+    /// How far `joint` is from the material.
+    pub joint_residuals: FitResiduals,
     /// What is odd about the material or the fit.
     pub reasons: Vec<Reason>,
 }
 
-/// The widths that are searched: a mirror for any picture, to the widest slope that is a surface.
+/// The widths that are searched: from a mirror for any picture to slopes no surface exceeds.
 pub const ALPHA_RANGE: [f64; 2] = [1e-3, 2.0];
-/// Widths looked at before the best is refined; the residual has one valley per lobe of the
-/// target, none narrower than a factor of two.
+/// Widths looked at before the best are refined, a factor 2 apart.
 const SCAN: usize = 12;
-/// Relative width of the final bracket of α.
-const ALPHA_TOLERANCE: f64 = 1e-4;
+/// Relative decrease of Σ r² at which the scan and the refinement end.
+const SCAN_TOLERANCE: f64 = 1e-2;
+const TOLERANCE: f64 = 1e-9;
 
 /// The best lobe of `distribution` for a material, in the default metric.
 #[must_use]
@@ -46,142 +46,194 @@ pub fn fit(material: &Material, distribution: Distribution) -> OneLobeFit {
 
 /// The best lobe of `distribution` for a target, in `metric`.
 ///
-/// For a given width everything but the transform is linear: four non-negative coefficients per
-/// channel, found by [`minimise`]; the width is found by a scan over its whole range and golden
-/// sections around the best.
+/// At a fixed width the model is linear in four non-negative coefficients per channel. A scan over
+/// all widths solves for those alone; Levenberg–Marquardt in width and coefficients then descends
+/// from every valley that the scan shows.
 #[must_use]
 pub fn fit_target(target: &Target, distribution: Distribution, metric: Metric) -> OneLobeFit {
     let search = Search::new(target, distribution, metric);
-    let alphas = alpha_scan();
-    let scan: Vec<[f64; 3]> =
-        alphas.iter().map(|alpha| search.channels(*alpha).map(|m| m.squares)).collect();
-    let points = |value: &dyn Fn(&[f64; 3]) -> f64| -> Vec<Point> {
-        alphas.iter().zip(&scan).map(|(a, v)| Point { x: a.ln(), value: value(v) }).collect()
-    };
-    let joint_alpha = refine(&points(&|v| v.iter().sum()), ALPHA_TOLERANCE, |x| {
-        search.channels(x.exp()).iter().map(|m| m.squares).sum()
-    })
-    .x
-    .exp();
-    let alpha: [f64; 3] = std::array::from_fn(|c| {
-        if !reason::has_visible_lobe(&target.material.channels[c]) {
-            return joint_alpha;
+    let scan = search.scan();
+    let joint = search.joint(&scan);
+    let channels = std::array::from_fn(|c| {
+        if reason::has_visible_lobe(&target.material.channels[c]) {
+            search.channel(c, &scan)
+        } else {
+            joint.channels[c]
         }
-        refine(&points(&|v| v[c]), ALPHA_TOLERANCE, |x| search.channel(c, x.exp()).squares).x.exp()
     });
-    let per_channel = search.brdf(alpha);
-    let joint = search.brdf([joint_alpha; 3]);
-    let residual = |brdf: &OneLobeBrdf| {
-        std::array::from_fn(|c| target.residual(metric, c, &search.values(brdf, c)))
-    };
+    let per_channel = OneLobeBrdf { distribution, channels };
     OneLobeFit {
-        per_channel_residual: residual(&per_channel),
-        joint_residual: residual(&joint),
-        reasons: reasons(&target.material, &alpha),
+        per_channel_residuals: target.residuals(&per_channel),
+        joint_residuals: target.residuals(&joint),
+        reasons: reasons(&target.material, &per_channel),
         per_channel,
         joint,
     }
 }
 
-fn reasons(material: &Material, alpha: &[f64; 3]) -> Vec<Reason> {
-    let widest = |c: &usize| alpha[*c] > 0.99 * ALPHA_RANGE[1];
+fn reasons(material: &Material, fit: &OneLobeBrdf) -> Vec<Reason> {
+    let widest = |c: &usize| fit.channels[*c].alpha > 0.99 * ALPHA_RANGE[1];
     let widest = (0..3).filter(widest).map(|c| Reason::WidestLobe(Channel::ALL[c]));
     reason::of_material(material).into_iter().chain(widest).collect()
 }
 
-/// Widths spaced evenly in ln α.
-fn alpha_scan() -> Vec<f64> {
-    let [low, high] = ALPHA_RANGE.map(f64::ln);
-    (0..SCAN).map(|i| (low + (high - low) * i as f64 / (SCAN - 1) as f64).exp()).collect()
-}
-
-/// The unknowns of a channel at a given width, all ≥ 0: ρd, f0, f90 and f0 − f1 = F(0°).
-type Coefficients = DVector<f64>;
+/// The unknowns of one channel: ln α, and the coefficients ρd, f0, f90 and F(0°) = f0 − f1.
+const UNKNOWNS: usize = 5;
 
 /// Everything that does not depend on the unknowns.
 struct Search<'a> {
     target: &'a Target,
     distribution: Distribution,
     metric: Metric,
+    goals: [Vec<f64>; 3],
     /// The Fresnel curve's share of (f0, f90, F(0°)) at each pair.
     fresnel: Vec<[f64; 3]>,
-    start: [Coefficients; 3],
+}
+
+/// A lobe D G1 G1/(4 cosθi cosθo) at a pair, and its derivative by ln α.
+#[derive(Clone, Copy)]
+struct LobeSample {
+    value: f64,
+    slope: f64,
 }
 
 impl<'a> Search<'a> {
     fn new(target: &'a Target, distribution: Distribution, metric: Metric) -> Self {
+        let goals = std::array::from_fn(|c| target.goal(metric, c));
         let fresnel = target.pairs.iter().map(|pair| fresnel_basis(pair.cos_theta_d)).collect();
-        let start = target.material.channels.each_ref().map(published_coefficients);
-        Self { target, distribution, metric, fresnel, start }
+        Self { target, distribution, metric, goals, fresnel }
     }
 
-    /// The best coefficients of every channel at width `alpha`.
-    fn channels(&self, alpha: f64) -> [Minimum; 3] {
-        let lobe = self.lobe(alpha);
-        std::array::from_fn(|c| self.coefficients(c, &lobe))
-    }
-
-    /// The best coefficients of one channel at width `alpha`.
-    fn channel(&self, channel: usize, alpha: f64) -> Minimum {
-        self.coefficients(channel, &self.lobe(alpha))
-    }
-
-    /// D G1 G1/(4 cosθi cosθo) at every pair.
-    fn lobe(&self, alpha: f64) -> Vec<f64> {
-        let value = |pair: &Pair| {
-            let v = |side: usize| {
-                let lambda = self.distribution.lambda(alpha, pair.cot_theta[side]);
-                1.0 / ((1.0 + lambda) * pair.cos_theta[side])
-            };
-            0.25 * self.distribution.ndf(alpha, pair.tan2_theta_h) * (v(0) * v(1))
-        };
-        self.target.pairs.iter().map(value).collect()
-    }
-
-    fn coefficients(&self, channel: usize, lobe: &[f64]) -> Minimum {
-        let exact = &self.target.channels[channel];
-        let goal: Vec<f64> = self
-            .target
-            .pairs
-            .iter()
-            .zip(exact)
-            .map(|(pair, f)| self.metric.transform(*f, pair.cos_theta[0]).0)
-            .collect();
-        let equations = |x: &Coefficients| {
-            let mut sums = Residuals::none();
-            for (i, pair) in self.target.pairs.iter().enumerate() {
-                let [bump, grazing, facing] = self.fresnel[i].map(|share| share * lobe[i]);
-                let basis = [FRAC_1_PI, bump, grazing, facing];
-                let f: f64 = basis.iter().zip(x.iter()).map(|(b, x)| b * x).sum();
-                let (value, slope) = self.metric.transform(f, pair.cos_theta[0]);
-                sums.add(pair.weight, value - goal[i], &basis.map(|b| b * slope));
+    /// The best coefficients of each channel at widths spaced evenly in ln α, widest first.
+    fn scan(&self) -> [Vec<Minimum>; 3] {
+        let [low, high] = ALPHA_RANGE.map(f64::ln);
+        let mut scan = [const { Vec::new() }; 3];
+        let mut x = self.target.material.channels.each_ref().map(published);
+        for i in 0..SCAN {
+            let log_alpha = high + (low - high) * i as f64 / (SCAN - 1) as f64;
+            let lobe = self.lobe(log_alpha);
+            for c in 0..3 {
+                x[c][0] = log_alpha;
+                let equations = |x: &DVector<f64>| self.channel_equations(c, x, 0, &lobe).into();
+                let best = minimise(equations, &x[c], &bounds([log_alpha; 2], 1), SCAN_TOLERANCE);
+                x[c].clone_from(&best.x);
+                scan[c].push(best);
             }
-            sums.into()
-        };
-        minimise(equations, &self.start[channel], &Bounds::non_negative(4))
+        }
+        scan
     }
 
-    /// The fit with the given widths.
-    fn brdf(&self, alpha: [f64; 3]) -> OneLobeBrdf {
-        let channels = std::array::from_fn(|c| {
-            let x = self.channel(c, alpha[c]).x;
-            let fresnel = ScaledFresnel { f0: x[1], f90: x[2], f1: x[1] - x[3] };
-            OneLobeChannel { rho_d: x[0], alpha: alpha[c], fresnel }
-        });
+    /// The best of one channel.
+    fn channel(&self, c: usize, scan: &[Vec<Minimum>; 3]) -> OneLobeChannel {
+        let starts = valleys(&scan[c].iter().map(|m| m.squares).collect::<Vec<_>>());
+        let equations =
+            |x: &DVector<f64>| self.channel_equations(c, x, 0, &self.lobe(x[0])).into();
+        let descend = |Valley(i): Valley| {
+            minimise(equations, &scan[c][i].x, &bounds(ALPHA_RANGE.map(f64::ln), 1), TOLERANCE)
+        };
+        lobe_channel(&lowest(starts.into_iter().map(descend)).x, 0)
+    }
+
+    /// The best with one width.
+    fn joint(&self, scan: &[Vec<Minimum>; 3]) -> OneLobeBrdf {
+        let sums: Vec<f64> =
+            (0..SCAN).map(|i| scan.iter().map(|channel| channel[i].squares).sum()).collect();
+        let start = |i: usize| {
+            let coefficients = scan.iter().flat_map(|channel| channel[i].x.iter().skip(1));
+            let unknowns = scan[0][i].x.iter().take(1).chain(coefficients);
+            DVector::from_iterator(1 + 3 * (UNKNOWNS - 1), unknowns.copied())
+        };
+        let descend = |Valley(i): Valley| {
+            let bounds = bounds(ALPHA_RANGE.map(f64::ln), 3);
+            minimise(|x| self.joint_equations(x), &start(i), &bounds, TOLERANCE)
+        };
+        let best = lowest(valleys(&sums).into_iter().map(descend));
+        let channels = std::array::from_fn(|c| lobe_channel(&best.x, c));
         OneLobeBrdf { distribution: self.distribution, channels }
     }
 
-    /// f of one channel of a fit at every pair.
-    fn values(&self, brdf: &OneLobeBrdf, channel: usize) -> Vec<f64> {
-        let channel = &brdf.channels[channel];
-        let lobe = self.lobe(channel.alpha);
-        let pairs = self.target.pairs.iter().zip(&lobe);
-        pairs
-            .map(|(pair, lobe)| {
-                channel.rho_d * FRAC_1_PI + channel.fresnel.eval(pair.cos_theta_d) * lobe
-            })
-            .collect()
+    fn joint_equations(&self, x: &DVector<f64>) -> NormalEquations {
+        let lobe = self.lobe(x[0]);
+        let mut equations = NormalEquations::zero(x.len());
+        for c in 0..3 {
+            let places = std::array::from_fn(|i| if i == 0 { 0 } else { place(c, i) });
+            equations.add(&self.channel_equations(c, x, c, &lobe), places);
+        }
+        equations
     }
+
+    /// The lobe of width e^`log_alpha` at every pair.
+    fn lobe(&self, log_alpha: f64) -> Vec<LobeSample> {
+        let alpha = log_alpha.exp();
+        self.target.pairs.iter().map(|pair| lobe_sample(self.distribution, alpha, pair)).collect()
+    }
+
+    /// The residuals of channel `c`, its coefficients standing in `x` as those of channel `at`.
+    fn channel_equations(
+        &self,
+        c: usize,
+        x: &DVector<f64>,
+        at: usize,
+        lobe: &[LobeSample],
+    ) -> Residuals<UNKNOWNS> {
+        let coefficients: [f64; 4] = std::array::from_fn(|i| x[place(at, i + 1)]);
+        let mut sums = Residuals::none();
+        for (i, pair) in self.target.pairs.iter().enumerate() {
+            let [bump, grazing, facing] = self.fresnel[i];
+            let [rho_d, f0, f90, f_facing] = coefficients;
+            let fresnel = f0 * bump + f90 * grazing + f_facing * facing;
+            let LobeSample { value, slope } = lobe[i];
+            let f = rho_d * FRAC_1_PI + fresnel * value;
+            let (transformed, by_f) = self.metric.transform(f, pair.cos_theta[0]);
+            let by_fresnel = by_f * value;
+            let row = [
+                by_f * fresnel * slope,
+                by_f * FRAC_1_PI,
+                by_fresnel * bump,
+                by_fresnel * grazing,
+                by_fresnel * facing,
+            ];
+            sums.add(pair.weight, transformed - self.goals[c][i], &row);
+        }
+        sums
+    }
+}
+
+/// Where unknown `i` ≥ 1 of a channel stands: ln α first, then four coefficients per channel.
+fn place(channel: usize, i: usize) -> usize {
+    channel * (UNKNOWNS - 1) + i
+}
+
+/// ln α in a range, the coefficients of so many channels ≥ 0.
+fn bounds(log_alpha: [f64; 2], channels: usize) -> Bounds {
+    let mut bounds = Bounds::non_negative(1 + channels * (UNKNOWNS - 1));
+    [bounds.lower[0], bounds.upper[0]] = log_alpha;
+    bounds
+}
+
+/// The lowest of at least one minimum.
+fn lowest(minima: impl Iterator<Item = Minimum>) -> Minimum {
+    minima
+        .min_by(|a, b| a.squares.total_cmp(&b.squares))
+        .expect("a scan has at least one valley, its lowest point")
+}
+
+fn lobe_channel(x: &DVector<f64>, channel: usize) -> OneLobeChannel {
+    let [rho_d, f0, f90, facing] = std::array::from_fn(|i| x[place(channel, i + 1)]);
+    OneLobeChannel { rho_d, alpha: x[0].exp(), fresnel: ScaledFresnel { f0, f90, f1: f0 - facing } }
+}
+
+/// D G1 G1/(4 cosθi cosθo) and its derivative by ln α.
+fn lobe_sample(distribution: Distribution, alpha: f64, pair: &Pair) -> LobeSample {
+    let g1 = pair.cot_theta.map(|cot| 1.0 / (1.0 + distribution.lambda(alpha, cot)));
+    let d = distribution.ndf(alpha, pair.tan2_theta_h);
+    let value = 0.25 * d * (g1[0] / pair.cos_theta[0]) * (g1[1] / pair.cos_theta[1]);
+    if value == 0.0 {
+        return LobeSample { value, slope: 0.0 };
+    }
+    let g1_slope = |side: usize| g1[side] * distribution.lambda_slope(alpha, pair.cot_theta[side]);
+    let slope = distribution.ndf_slope(alpha, pair.tan2_theta_h) - g1_slope(0) - g1_slope(1);
+    LobeSample { value, slope: value * slope }
 }
 
 /// F = f0·(1 − u − cosθd) + f90·u + F(0°)·cosθd with u = (1−cosθd)⁵: all three shares are ≥ 0.
@@ -190,11 +242,11 @@ fn fresnel_basis(cos_theta_d: f64) -> [f64; 3] {
     [1.0 - u - cos_theta_d, u, cos_theta_d]
 }
 
-/// The published coefficients, in units of a lobe with ¼.
-fn published_coefficients(params: &ChannelParams) -> Coefficients {
+/// The published unknowns, in units of a lobe with ¼.
+fn published(params: &ChannelParams) -> DVector<f64> {
     let scale = SCALE_OF_RHO_S * params.rho_s;
     let facing = (params.f0 - params.f1).max(0.0);
-    DVector::from_vec(vec![params.rho_d, scale * params.f0, scale, scale * facing])
+    DVector::from_vec(vec![0.0, params.rho_d, scale * params.f0, scale, scale * facing])
 }
 
 #[cfg(test)]
@@ -216,10 +268,26 @@ mod tests {
         let channels = [0.01, 0.04, 0.16].map(channel);
         let fit = fit(&Material { name: "beckmann".to_owned(), channels }, Distribution::Beckmann);
         for (fitted, exact) in fit.per_channel.channels.iter().zip(&channels) {
-            assert!((fitted.alpha / exact.alpha.sqrt() - 1.0).abs() < 1e-3, "{fitted:?}");
+            assert!((fitted.alpha / exact.alpha.sqrt() - 1.0).abs() < 1e-4, "{fitted:?}");
             assert!((fitted.rho_d - exact.rho_d).abs() < 1e-4, "{fitted:?}");
             let facing = fitted.fresnel.f0 - fitted.fresnel.f1;
-            assert!((facing / (SCALE_OF_RHO_S * 0.3 * 0.3) - 1.0).abs() < 1e-2, "{fitted:?}");
+            assert!((facing / (SCALE_OF_RHO_S * 0.3 * 0.3) - 1.0).abs() < 1e-3, "{fitted:?}");
+        }
+    }
+
+    /// The derivatives that the descent uses, against differences.
+    #[test]
+    fn slopes_are_derivatives() {
+        let entry = crate::material::find("gold-paint").expect("in the catalogue");
+        let target = Target::new(&entry.material);
+        for distribution in [Distribution::Beckmann, Distribution::Ggx] {
+            for pair in target.pairs.iter().step_by(17) {
+                let (alpha, step) = (0.3_f64, 1e-5_f64);
+                let at = |sign: f64| lobe_sample(distribution, alpha * (sign * step).exp(), pair).value;
+                let difference = (at(1.0) - at(-1.0)) / (2.0 * step);
+                let LobeSample { value, slope } = lobe_sample(distribution, alpha, pair);
+                assert!((slope - difference).abs() <= 1e-6 * (slope.abs() + value), "{pair:?}");
+            }
         }
     }
 }

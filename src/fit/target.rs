@@ -2,15 +2,23 @@
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
-use crate::brdf::ChannelBrdf;
+use glam::DVec3;
+use serde::Serialize;
+
+use crate::brdf::{ChannelBrdf, Reflectance};
 use crate::fit::metric::Metric;
 use crate::material::{ChannelParams, Material};
+use crate::math::direction::cot_theta;
 use crate::math::quadrature::{Node, gauss_legendre};
 use crate::microfacet::masking::MaskingKind;
 
 /// A pair of directions as a microfacet model sees it, and its share of the integral over pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
+    /// Direction to the light.
+    pub wi: DVec3,
+    /// Direction to the viewer.
+    pub wo: DVec3,
     /// tan²θh.
     pub tan2_theta_h: f64,
     /// cosθd = wi·h.
@@ -34,6 +42,17 @@ pub struct Target {
     pub channels: [Vec<f64>; 3],
 }
 
+/// Relative residuals √(∫(g(x_fit) − g(x))² / ∫g(x)²) of a fit, in each metric per channel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Residuals {
+    /// Of g = x.
+    pub cosine: [f64; 3],
+    /// Of g = lightness.
+    pub cube_root: [f64; 3],
+    /// Of g = ln(1 + x).
+    pub log: [f64; 3],
+}
+
 /// Nodes over θh, θd and φd.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
@@ -47,7 +66,7 @@ pub struct Resolution {
 
 impl Default for Resolution {
     fn default() -> Self {
-        Self { theta_h: 32, theta_d: 8, phi_d: 5 }
+        Self { theta_h: 24, theta_d: 6, phi_d: 4 }
     }
 }
 
@@ -69,17 +88,33 @@ impl Target {
         Self { material: material.clone(), pairs, channels }
     }
 
-    /// √(∫(g(x_fit) − g(x))² / ∫g(x)²) of a channel whose values at the pairs are `fit`.
+    /// How far `reflectance` is from the target.
     #[must_use]
-    pub fn residual(&self, metric: Metric, channel: usize, fit: &[f64]) -> f64 {
+    pub fn residuals(&self, reflectance: &impl Reflectance) -> Residuals {
+        let values: Vec<[f64; 3]> =
+            self.pairs.iter().map(|pair| reflectance.eval(pair.wi, pair.wo)).collect();
+        let [cosine, cube_root, log] = Metric::ALL
+            .map(|metric| std::array::from_fn(|c| self.residual(metric, c, |i| values[i][c])));
+        Residuals { cosine, cube_root, log }
+    }
+
+    /// √(∫(g(x_fit) − g(x))² / ∫g(x)²) of a channel whose values at the pairs are `fit`.
+    fn residual(&self, metric: Metric, channel: usize, fit: impl Fn(usize) -> f64) -> f64 {
         let (mut difference, mut total) = (0.0, 0.0);
-        for ((pair, exact), fit) in self.pairs.iter().zip(&self.channels[channel]).zip(fit) {
+        for (i, (pair, exact)) in self.pairs.iter().zip(&self.channels[channel]).enumerate() {
             let (exact, _) = metric.transform(*exact, pair.cos_theta[0]);
-            let (fit, _) = metric.transform(*fit, pair.cos_theta[0]);
+            let (fit, _) = metric.transform(fit(i), pair.cos_theta[0]);
             difference += pair.weight * (fit - exact).powi(2);
             total += pair.weight * exact * exact;
         }
         if total > 0.0 { (difference / total).sqrt() } else { difference.sqrt() }
+    }
+
+    /// g of the target's channel at every pair: what a fit in `metric` aims at.
+    #[must_use]
+    pub fn goal(&self, metric: Metric, channel: usize) -> Vec<f64> {
+        let pairs = self.pairs.iter().zip(&self.channels[channel]);
+        pairs.map(|(pair, f)| metric.transform(*f, pair.cos_theta[0]).0).collect()
     }
 }
 
@@ -120,6 +155,9 @@ fn half_angles(scale: f64, nodes: usize) -> Vec<(f64, f64)> {
     gauss_legendre(nodes).iter().map(node).collect()
 }
 
+/// cosθ below which a direction counts as below the horizon: less than a pixel of any picture.
+const LOWEST: f64 = 1e-3;
+
 /// The pair at the given Rusinkiewicz angles, if both directions are above the horizon.
 fn pair(tan2_theta_h: f64, theta_h_weight: f64, theta_d: Node, phi_d: f64) -> Option<Pair> {
     let (sin_d, cos_d) = (theta_d.x * FRAC_PI_2).sin_cos();
@@ -131,16 +169,17 @@ fn pair(tan2_theta_h: f64, theta_h_weight: f64, theta_d: Node, phi_d: f64) -> Op
     let direction = |sign: f64| {
         let z = cos_d * cos_h - sign * along * sin_h;
         let x = cos_d * sin_h + sign * along * cos_h;
-        (z, z / x.hypot(across))
+        DVec3::new(x, sign * across, z)
     };
-    let [(cos_i, cot_i), (cos_o, cot_o)] = [direction(1.0), direction(-1.0)];
-    let weight = theta_h_weight * theta_d.weight * sin_d * cos_d * cos_o;
-    (cos_i > 1e-3 && cos_o > 1e-3).then_some(Pair {
+    let (wi, wo) = (direction(1.0), direction(-1.0));
+    (wi.z > LOWEST && wo.z > LOWEST).then(|| Pair {
+        wi,
+        wo,
         tan2_theta_h,
         cos_theta_d: cos_d,
-        cos_theta: [cos_i, cos_o],
-        cot_theta: [cot_i, cot_o],
-        weight,
+        cos_theta: [wi.z, wo.z],
+        cot_theta: [cot_theta(wi), cot_theta(wo)],
+        weight: theta_h_weight * theta_d.weight * sin_d * cos_d * wo.z,
     })
 }
 

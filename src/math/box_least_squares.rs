@@ -42,13 +42,30 @@ impl<const N: usize> Residuals<N> {
     }
 }
 
-impl<const N: usize> From<Residuals<N>> for NormalEquations {
-    fn from(sums: Residuals<N>) -> Self {
-        Self {
-            squares: sums.squares,
-            gradient: DVector::from_column_slice(&sums.gradient),
-            hessian: DMatrix::from_fn(N, N, |i, j| sums.hessian[i][j]),
+impl NormalEquations {
+    /// No residuals of `n` unknowns yet.
+    #[must_use]
+    pub fn zero(n: usize) -> Self {
+        Self { squares: 0.0, gradient: DVector::zeros(n), hessian: DMatrix::zeros(n, n) }
+    }
+
+    /// Adds residuals that depend on the unknowns at `places`; one may stand there twice.
+    pub fn add<const N: usize>(&mut self, residuals: &Residuals<N>, places: [usize; N]) {
+        self.squares += residuals.squares;
+        for i in 0..N {
+            self.gradient[places[i]] += residuals.gradient[i];
+            for j in 0..N {
+                self.hessian[(places[i], places[j])] += residuals.hessian[i.max(j)][i.min(j)];
+            }
         }
+    }
+}
+
+impl<const N: usize> From<Residuals<N>> for NormalEquations {
+    fn from(residuals: Residuals<N>) -> Self {
+        let mut equations = Self::zero(N);
+        equations.add(&residuals, std::array::from_fn(|i| i));
+        equations
     }
 }
 
@@ -88,12 +105,11 @@ pub struct Minimum {
     pub squares: f64,
 }
 
-/// Relative decrease of Σ r² below which the iteration ends.
-const CONVERGED: f64 = 1e-10;
 /// Steps tried; each costs one evaluation.
 const MOST_STEPS: usize = 60;
 
-/// The local minimum of Σ r² in the box that Levenberg–Marquardt reaches from `start`.
+/// The local minimum of Σ r² in the box that Levenberg–Marquardt reaches from `start`; it ends when
+/// a step lowers Σ r² by less than `tolerance` of it.
 ///
 /// Each step solves the damped normal equations inside the box exactly ([`box_quadratic`]), so a
 /// bound that is active at the solution costs nothing.
@@ -101,6 +117,7 @@ pub fn minimise(
     mut equations: impl FnMut(&DVector<f64>) -> NormalEquations,
     start: &DVector<f64>,
     bounds: &Bounds,
+    tolerance: f64,
 ) -> Minimum {
     let mut x = bounds.clamp(start);
     let mut at = equations(&x);
@@ -113,7 +130,7 @@ pub fn minimise(
             let gain = at.squares - next.squares;
             (x, at) = (next_x, next);
             damping = (damping * 0.1).max(1e-12);
-            if gain <= CONVERGED * at.squares {
+            if gain <= tolerance * at.squares {
                 break;
             }
         } else if damping > 1e8 {
@@ -148,7 +165,12 @@ pub fn box_quadratic(
 ) -> DVector<f64> {
     let n = gradient.len();
     let mut x = bounds.clamp(&DVector::zeros(n));
-    let mut free: Vec<bool> = (0..n).map(|i| bounds.lower[i] < bounds.upper[i]).collect();
+    let pinned = |i: usize| {
+        (x[i] <= bounds.lower[i] && gradient[i] >= 0.0)
+            || (x[i] >= bounds.upper[i] && gradient[i] <= 0.0)
+    };
+    let mut free: Vec<bool> =
+        (0..n).map(|i| bounds.lower[i] < bounds.upper[i] && !pinned(i)).collect();
     // Each pass holds or releases one unknown; it ends by itself but for rounding.
     for _ in 0..8 * n {
         let Some(step) = newton_step(hessian, &slope(hessian, gradient, &x), &free) else { break };
@@ -260,7 +282,7 @@ mod tests {
             sums.into()
         };
         let start = DVector::from_vec(vec![0.1, 5.0]);
-        let found = minimise(equations, &start, &Bounds::non_negative(2));
+        let found = minimise(equations, &start, &Bounds::non_negative(2), 1e-12);
         assert!((found.x[0] - truth[0]).abs() < 1e-6 && (found.x[1] - truth[1]).abs() < 1e-6);
     }
 }
