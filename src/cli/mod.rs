@@ -10,6 +10,7 @@ mod bake;
 mod dressing;
 mod eval;
 mod export;
+mod fit;
 mod materials;
 mod sample;
 mod slice;
@@ -53,6 +54,8 @@ enum Command {
     Sample(sample::Arguments),
     /// Lookup textures and the manifest that tells how to decode them
     Bake(bake::Arguments),
+    /// The best Beckmann, GGX, few-lobe and glTF fits, with their errors
+    Fit(fit::Arguments),
     /// A scene with measured materials in its slots: fitted, with parameters and textures
     Export(export::Arguments),
 }
@@ -77,6 +80,7 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Slice(arguments) => slice::run(arguments, output),
         Command::Sample(arguments) => sample::run(arguments, output),
         Command::Bake(arguments) => bake::run(arguments, output),
+        Command::Fit(arguments) => fit::run(arguments, output),
         Command::Export(arguments) => export::run(arguments, output),
     }
 }

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use glam::DVec3;
 
 use crate::cli::failure::Failure;
-use crate::material::{Material, MaterialFileError, find, load};
+use crate::material::{Material, MaterialFileError, catalog, find, load};
 use crate::math::direction::normalised;
 use crate::microfacet::masking::MaskingKind;
 
@@ -58,6 +58,32 @@ pub fn material(name: &str) -> Result<Material, Failure> {
         "did you mean {}? 'sgdbake materials' lists all; a material file is named by its path",
         unknown.nearest.join(", ")
     )))
+}
+
+/// The materials that a command works on.
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = false)]
+pub struct Materials {
+    /// A catalogue name or the path of a material file; may be given more than once
+    #[arg(long, value_name = "MATERIAL")]
+    material: Vec<String>,
+    /// The whole catalogue
+    #[arg(long)]
+    all: bool,
+}
+
+impl Materials {
+    /// The materials named, or all.
+    ///
+    /// # Errors
+    ///
+    /// As [`material`].
+    pub fn load(&self) -> Result<Vec<Material>, Failure> {
+        if self.all {
+            return Ok(catalog().iter().map(|entry| entry.material.clone()).collect());
+        }
+        self.material.iter().map(|name| material(name)).collect()
+    }
 }
 
 impl From<MaterialFileError> for Failure {

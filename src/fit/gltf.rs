@@ -147,9 +147,11 @@ fn gltf_material(x: &DVector<f64>) -> GltfBrdf {
         metallic: x[METALLIC],
         roughness: x[ROUGHNESS],
         specular_factor: x[SPECULAR],
-        specular_color: std::array::from_fn(|c| {
-            if visible { x[F0 + c] / DIELECTRIC_F0 } else { 1.0 }
-        }),
+        specular_color: std::array::from_fn(
+            |c| {
+                if visible { x[F0 + c] / DIELECTRIC_F0 } else { 1.0 }
+            },
+        ),
         clearcoat: coated.then_some(x[CLEARCOAT]),
         clearcoat_roughness: coated.then_some(x[COAT_ROUGHNESS]),
     }
@@ -198,9 +200,8 @@ impl<'a> Search<'a> {
     /// The best factors of a family at roughness values from rough to smooth.
     fn scan(&self, family: Family) -> Vec<Minimum> {
         let [low, high] = ROUGHNESS_RANGE;
-        let mut x = DVector::from_column_slice(&[
-            0.5, 0.2, 0.2, 0.2, 0.3, 0.3, 0.3, 0.5, high, 0.0, high,
-        ]);
+        let mut x =
+            DVector::from_column_slice(&[0.5, 0.2, 0.2, 0.2, 0.3, 0.3, 0.3, 0.5, high, 0.0, high]);
         let at = |i: usize| {
             let roughness = high + (low - high) * i as f64 / (SCAN - 1) as f64;
             let lobe = self.lobe(roughness);
@@ -270,7 +271,13 @@ impl<'a> Search<'a> {
                 sums.add(self.target.pairs[i].weight, residual, &row);
             }
             let places = [
-                SPECULAR, F0 + c, brightest, BASE + c, METALLIC, ROUGHNESS, CLEARCOAT,
+                SPECULAR,
+                F0 + c,
+                brightest,
+                BASE + c,
+                METALLIC,
+                ROUGHNESS,
+                CLEARCOAT,
                 COAT_ROUGHNESS,
             ];
             equations.add(&sums, places);

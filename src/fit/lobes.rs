@@ -3,7 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
+use crate::brdf::LobesBrdf;
 use crate::brdf::lobes::Lobes;
+use crate::fit::reason::{self, Reason};
+use crate::fit::target::{Residuals, Target};
 use crate::material::{ChannelParams, Material};
 use crate::math::box_least_squares::{Bounds, Minimum, NormalEquations, minimise};
 use crate::microfacet::{BeckmannNdf, SgdNdf};
@@ -15,7 +18,11 @@ pub struct LobesFit {
     #[serde(flatten)]
     pub lobes: Lobes,
     /// max |D_fit − D|/(D(0) + D) over all angles, per channel.
-    pub residual: [f64; 3],
+    pub ndf_error: [f64; 3],
+    /// How far the reflectance through these lobes is from the material.
+    pub residuals: Residuals,
+    /// What is odd about the material.
+    pub reasons: Vec<Reason>,
 }
 
 /// The most lobes that are of use: SGD's mixture is resolved to rounding with fewer.
@@ -32,27 +39,31 @@ const TOLERANCE: f64 = 1e-3;
 const SUM_WEIGHT: f64 = 1e2;
 
 /// The mixture of `count` Beckmann lobes closest to a material's distributions.
-///
-/// Least squares of (D_fit − D)/(D(0) + D) over angles spaced by the lobe's own logarithm, in all
-/// log widths and non-negative weights at once. Widths start spaced evenly in ln α over several
-/// ranges; the best end wins. `count` is taken into [1, [`MOST_LOBES`]].
 #[must_use]
 pub fn fit(material: &Material, count: usize) -> LobesFit {
-    let problem = Problem::new(material, count.clamp(1, MOST_LOBES));
-    let weighed = problem.starts().into_iter().map(|start| problem.weigh(&start));
-    let best = weighed.min_by(|a, b| a.squares.total_cmp(&b.squares));
-    let best = best.expect("there are several starts");
-    let best = minimise(|x| problem.equations(x), &best.x, &problem.bounds(), TOLERANCE);
-    let lobes = problem.lobes(&best.x);
+    fit_target(&Target::new(material), count)
+}
+
+/// The mixture of `count` Beckmann lobes closest to the distributions of a target's material.
+///
+/// Least squares of (D_fit − D)/(D(0) + D) over angles spaced by the lobe's own logarithm, in all
+/// log widths and non-negative weights at once. Widths start spaced evenly in ln α over the range
+/// whose weights alone do best. `count` is taken into [1, [`MOST_LOBES`]].
+#[must_use]
+pub fn fit_target(target: &Target, count: usize) -> LobesFit {
+    let material = &target.material;
+    let lobes = Problem::new(material, count.clamp(1, MOST_LOBES)).solve();
     LobesFit {
-        residual: std::array::from_fn(|c| residual(&lobes, c, &material.channels[c])),
+        ndf_error: std::array::from_fn(|c| ndf_error(&lobes, c, &material.channels[c])),
+        residuals: target.residuals(&LobesBrdf::new(material, &lobes)),
+        reasons: reason::of_material(material),
         lobes,
     }
 }
 
 /// max |D_fit − D|/(D(0) + D) of one channel.
 #[must_use]
-pub fn residual(lobes: &Lobes, channel: usize, params: &ChannelParams) -> f64 {
+pub fn ndf_error(lobes: &Lobes, channel: usize, params: &ChannelParams) -> f64 {
     let exact = SgdNdf::new(params.alpha, params.p);
     let mixture = lobes.channel(channel);
     let error = |x: &f64| {
@@ -113,8 +124,12 @@ impl Problem {
         })
     }
 
-    fn starts(&self) -> Vec<DVector<f64>> {
-        [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8].iter().map(|from| self.even_widths(*from)).collect()
+    fn solve(&self) -> Lobes {
+        const FROM: [f64; 9] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
+        let weighed = FROM.map(|from| self.weigh(&self.even_widths(from)));
+        let best = weighed.into_iter().min_by(|a, b| a.squares.total_cmp(&b.squares));
+        let start = best.expect("there are several starts").x;
+        self.lobes(&minimise(|x| self.equations(x), &start, &self.bounds(), TOLERANCE).x)
     }
 
     /// The weights alone, for the widths of `start`.
@@ -129,7 +144,8 @@ impl Problem {
     /// Widths in their range, weights ≥ 0.
     fn bounds(&self) -> Bounds {
         let n = self.count;
-        let side = |i: usize, of_widths: f64, of_weights: f64| if i < n { of_widths } else { of_weights };
+        let side =
+            |i: usize, of_widths: f64, of_weights: f64| if i < n { of_widths } else { of_weights };
         let [low, high] = self.range;
         Bounds {
             lower: DVector::from_fn(4 * n, |i, _| side(i, low, 0.0)),
@@ -224,7 +240,7 @@ mod tests {
     fn eight_lobes_are_within_one_percent() {
         for entry in catalog().iter().step_by(7) {
             let fit = fit(&entry.material, 8);
-            for (c, residual) in fit.residual.into_iter().enumerate() {
+            for (c, residual) in fit.ndf_error.into_iter().enumerate() {
                 assert!(residual <= 0.01, "{} channel {c}: {residual}", entry.material.name);
                 let sum: f64 = fit.lobes.weights.iter().map(|w| w[c]).sum();
                 assert!((sum - 1.0).abs() < 1e-12);

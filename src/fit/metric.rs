@@ -1,6 +1,7 @@
 //! How far apart two reflectances look: the transform in which a fit takes least squares.
 
 use std::f64::consts::PI;
+use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +17,16 @@ pub enum Metric {
     CubeRoot,
     /// g = ln(1 + x).
     Log,
+}
+
+impl fmt::Display for Metric {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::Cosine => "cosine",
+            Self::CubeRoot => "cube root",
+            Self::Log => "log",
+        })
+    }
 }
 
 /// (6/29)³, below which CIELAB's cube root continues as its tangent.
@@ -45,9 +56,7 @@ impl Metric {
                 let root = x.cbrt();
                 (root, root / (3.0 * x))
             }
-            Self::CubeRoot => {
-                (TOE_SLOPE * x + 4.0 / 29.0, TOE_SLOPE)
-            }
+            Self::CubeRoot => (TOE_SLOPE * x + 4.0 / 29.0, TOE_SLOPE),
             Self::Log => (x.ln_1p(), 1.0 / (1.0 + x)),
         }
     }

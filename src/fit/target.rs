@@ -53,6 +53,18 @@ pub struct Residuals {
     pub log: [f64; 3],
 }
 
+impl Residuals {
+    /// Those of one metric, per channel.
+    #[must_use]
+    pub fn in_metric(&self, metric: Metric) -> [f64; 3] {
+        match metric {
+            Metric::Cosine => self.cosine,
+            Metric::CubeRoot => self.cube_root,
+            Metric::Log => self.log,
+        }
+    }
+}
+
 /// Nodes over θh, θd and φd.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {

@@ -1,0 +1,298 @@
+//! `sgdbake fit`: the best fits, how far they are and how far they look.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use clap::ValueEnum;
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::brdf::{ChannelBrdf, Distribution, LobesBrdf, OneLobeBrdf, Reflectance, SgdBrdf};
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
+use crate::cli::selection::Materials;
+use crate::fit::gltf::GltfFit;
+use crate::fit::lobes::{LobesFit, MOST_LOBES};
+use crate::fit::one_lobe::OneLobeFit;
+use crate::fit::target::Residuals;
+use crate::fit::{Metric, Reason, Target, gltf, lobes, one_lobe};
+use crate::material::Material;
+use crate::microfacet::masking::MaskingKind;
+use crate::preview::Film;
+use crate::preview::ball::{KEY_LIGHT, under_sun};
+
+/// Fits simpler models to materials and prints their parameters, residuals, the colour difference
+/// of a ball under one light, and what an evaluation costs.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example:\n  sgdbake fit --material gold-paint --model ggx,gltf\n  sgdbake fit --all --model lobes --lobes 8 --json"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    materials: Materials,
+    /// The models to fit
+    #[arg(
+        long,
+        value_enum,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "beckmann,ggx,lobes,gltf"
+    )]
+    model: Vec<Model>,
+    /// Beckmann lobes of the model 'lobes'
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = lobe_count)]
+    lobes: usize,
+    /// Machine-readable output, one JSON object a line
+    #[arg(long)]
+    json: bool,
+}
+
+/// A model to fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Model {
+    /// One Beckmann lobe, per channel and with one width for all three
+    Beckmann,
+    /// One GGX lobe, per channel and with one width for all three
+    Ggx,
+    /// Several Beckmann lobes with widths shared by the channels
+    Lobes,
+    /// A glTF 2.0 material
+    Gltf,
+}
+
+/// What a fit found.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+enum Fit {
+    OneLobe(OneLobeFit),
+    Lobes(LobesFit),
+    Gltf(GltfFit),
+}
+
+/// How a fit compares as a picture and as a computation.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Appearance {
+    /// Which of the fit's reflectances.
+    of: &'static str,
+    /// Mean and largest ΔE2000 of a ball under one light.
+    delta_e_mean: f64,
+    delta_e_max: f64,
+    /// Measured time of one RGB evaluation.
+    evaluation_ns: f64,
+}
+
+/// A material's fit in one model.
+#[derive(Serialize)]
+struct Line<'a> {
+    schema: &'static str,
+    material: &'a str,
+    model: &'static str,
+    fit: &'a Fit,
+    appearance: Vec<Appearance>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
+    let materials = arguments.materials.load()?;
+    let progress = output.progress(materials.len() as u64, "fitting");
+    let studies: Vec<Study> = materials
+        .par_iter()
+        .map(|material| {
+            let study = Study::new(material, arguments);
+            progress.inc(1);
+            study
+        })
+        .collect();
+    progress.finish_and_clear();
+    if !arguments.json {
+        output.line(HEADER)?;
+    }
+    studies.iter().try_for_each(|study| study.print(arguments.json, output))
+}
+
+/// A material's fits and their pictures.
+struct Study<'a> {
+    material: &'a Material,
+    pairs: Vec<[DVec3; 2]>,
+    fits: Vec<(Model, Fit, Vec<Pictured>)>,
+}
+
+/// A reflectance of a fit, and how different its ball is.
+struct Pictured {
+    of: &'static str,
+    reflectance: Box<dyn Reflectance + Send>,
+    residuals: Residuals,
+    delta_e: [f64; 2],
+}
+
+/// Width and height of the ball in pixels.
+const BALL: usize = 48;
+/// Relative accuracy of the exact masking of the ball: far below what 8 bits show.
+const ACCURACY: f64 = 1e-6;
+
+impl<'a> Study<'a> {
+    fn new(material: &'a Material, arguments: &Arguments) -> Self {
+        let target = Target::new(material);
+        let exact = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, ACCURACY);
+        let exact = SgdBrdf { channels: material.channels.each_ref().map(exact) };
+        let ball = under_sun(&exact, KEY_LIGHT, BALL);
+        let fit = |model: &Model| {
+            let fit = model.fit(&target, arguments.lobes);
+            let pictured = fit.reflectances(material);
+            let pictured = pictured.into_iter().map(|(of, residuals, reflectance)| {
+                let delta_e = delta_e(&ball, &*reflectance);
+                Pictured { of, reflectance, residuals, delta_e }
+            });
+            (*model, fit.clone(), pictured.collect())
+        };
+        let fits = arguments.model.iter().map(fit).collect();
+        let pairs = target.pairs.iter().map(|pair| [pair.wi, pair.wo]).collect();
+        Self { material, pairs, fits }
+    }
+
+    fn print(&self, json: bool, output: &mut Output) -> Result<(), Failure> {
+        for (model, fit, pictured) in &self.fits {
+            let appearance: Vec<Appearance> =
+                pictured.iter().map(|pictured| pictured.appearance(&self.pairs)).collect();
+            let (material, model) = (self.material.name.as_str(), model.name());
+            if json {
+                let schema = "sgdbake/fit/1";
+                output.json(&Line { schema, material, model, fit, appearance })?;
+                continue;
+            }
+            for (pictured, appearance) in pictured.iter().zip(&appearance) {
+                output.line(row(material, model, pictured, appearance))?;
+            }
+            output.line(format!("{:>24} {}", "", fit.parameters()))?;
+            for reason in fit.reasons() {
+                output.line(format!("{:>24} {reason}", ""))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+const HEADER: &str = "material                 model    reflectance residual r       g       b  \
+                      ΔE mean   max ns/eval";
+
+fn row(material: &str, model: &str, pictured: &Pictured, appearance: &Appearance) -> String {
+    let [r, g, b] = pictured.residuals.in_metric(Metric::default());
+    let Appearance { of, delta_e_mean, delta_e_max, evaluation_ns } = appearance;
+    format!(
+        "{material:<24} {model:<8} {of:<12} {r:>8.5} {g:>7.5} {b:>7.5} {delta_e_mean:>8.3} \
+         {delta_e_max:>5.2} {evaluation_ns:>7.0}"
+    )
+}
+
+/// Mean and largest ΔE2000 between a picture of the ball and the ball as `reflectance` has it.
+fn delta_e(ball: &Film, reflectance: &dyn Reflectance) -> [f64; 2] {
+    let difference = under_sun(reflectance, KEY_LIGHT, BALL).delta_e(ball);
+    [difference.mean, difference.max]
+}
+
+impl Pictured {
+    fn appearance(&self, pairs: &[[DVec3; 2]]) -> Appearance {
+        let [delta_e_mean, delta_e_max] = self.delta_e;
+        let evaluation_ns = evaluation_ns(&*self.reflectance, pairs);
+        Appearance { of: self.of, delta_e_mean, delta_e_max, evaluation_ns }
+    }
+}
+
+/// Median time of one evaluation over all pairs \[ns\].
+fn evaluation_ns(reflectance: &dyn Reflectance, pairs: &[[DVec3; 2]]) -> f64 {
+    const REPEATS: usize = 5;
+    let mut times: [f64; REPEATS] = std::array::from_fn(|_| {
+        let start = Instant::now();
+        for [wi, wo] in pairs {
+            black_box(reflectance.eval(*wi, *wo));
+        }
+        start.elapsed().as_secs_f64() * 1e9 / pairs.len().max(1) as f64
+    });
+    times.sort_by(f64::total_cmp);
+    times[REPEATS / 2]
+}
+
+impl Model {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Beckmann => "beckmann",
+            Self::Ggx => "ggx",
+            Self::Lobes => "lobes",
+            Self::Gltf => "gltf",
+        }
+    }
+
+    fn fit(self, target: &Target, count: usize) -> Fit {
+        let one_lobe = |distribution| {
+            Fit::OneLobe(one_lobe::fit_target(target, distribution, Metric::default()))
+        };
+        match self {
+            Self::Beckmann => one_lobe(Distribution::Beckmann),
+            Self::Ggx => one_lobe(Distribution::Ggx),
+            Self::Lobes => Fit::Lobes(lobes::fit_target(target, count)),
+            Self::Gltf => Fit::Gltf(gltf::fit_target(target, Metric::default())),
+        }
+    }
+}
+
+type Named = (&'static str, Residuals, Box<dyn Reflectance + Send>);
+
+impl Fit {
+    /// Each reflectance that the fit offers.
+    fn reflectances(&self, material: &Material) -> Vec<Named> {
+        match self {
+            Self::OneLobe(fit) => vec![
+                ("per channel", fit.per_channel_residuals, Box::new(fit.per_channel)),
+                ("joint", fit.joint_residuals, Box::new(fit.joint)),
+            ],
+            Self::Lobes(fit) => {
+                vec![("lobes", fit.residuals, Box::new(LobesBrdf::new(material, &fit.lobes)))]
+            }
+            Self::Gltf(fit) => vec![("material", fit.residuals, Box::new(fit.material))],
+        }
+    }
+
+    fn reasons(&self) -> &[Reason] {
+        match self {
+            Self::OneLobe(fit) => &fit.reasons,
+            Self::Lobes(fit) => &fit.reasons,
+            Self::Gltf(fit) => &fit.reasons,
+        }
+    }
+
+    /// The parameters in words.
+    fn parameters(&self) -> String {
+        match self {
+            Self::OneLobe(fit) => {
+                let alpha = |brdf: &OneLobeBrdf| brdf.channels.map(|c| c.alpha);
+                let [r, g, b] = alpha(&fit.per_channel);
+                format!("alpha {r:.4} {g:.4} {b:.4}; joint {:.4}", fit.joint.channels[0].alpha)
+            }
+            Self::Lobes(fit) => {
+                let [r, g, b] = fit.ndf_error;
+                let alpha: Vec<String> =
+                    fit.lobes.alpha.iter().map(|alpha| format!("{alpha:.4}")).collect();
+                format!("alpha {}; error of D {r:.5} {g:.5} {b:.5}", alpha.join(" "))
+            }
+            Self::Gltf(fit) => {
+                let m = &fit.material;
+                let coat =
+                    m.clearcoat.zip(m.clearcoat_roughness).map_or_else(String::new, |(c, r)| {
+                        format!(", clearcoat {c:.3} roughness {r:.3}")
+                    });
+                format!(
+                    "base {:.3?}, metallic {:.3}, roughness {:.3}, specular {:.3} {:.3?}{coat}",
+                    m.base_color, m.metallic, m.roughness, m.specular_factor, m.specular_color
+                )
+            }
+        }
+    }
+}
+
+fn lobe_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (1..=MOST_LOBES).contains(&count) => Ok(count),
+        _ => Err(format!("accepted are 1 to {MOST_LOBES} lobes")),
+    }
+}
