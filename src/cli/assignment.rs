@@ -25,9 +25,11 @@ pub struct AssignmentArguments {
 
 /// One assignment as it was given.
 #[derive(Clone, Debug)]
-struct Assignment {
-    slot: String,
-    material: String,
+pub struct Assignment {
+    /// The slot's pattern.
+    pub slot: String,
+    /// The material's name or path.
+    pub material: String,
 }
 
 impl FromStr for Assignment {
@@ -45,6 +47,7 @@ impl FromStr for Assignment {
 }
 
 /// The materials in use, each once, and which one each slot takes.
+#[derive(Debug)]
 pub struct Assigned {
     /// The materials in the order of the slots.
     pub materials: Vec<Material>,
@@ -96,7 +99,11 @@ fn read(path: &Path) -> Result<Vec<Assignment>, Failure> {
 }
 
 /// The assignments in a TOML text, in its order.
-fn parse(text: &str) -> Result<Vec<Assignment>, String> {
+///
+/// # Errors
+///
+/// Text that is no TOML, and values that are no strings.
+pub fn parse(text: &str) -> Result<Vec<Assignment>, String> {
     let table: toml::Table = text.parse().map_err(|error: toml::de::Error| error.to_string())?;
     let assignment = |(slot, value): (String, toml::Value)| match value {
         toml::Value::String(material) => Ok(Assignment { slot, material }),
@@ -118,6 +125,7 @@ impl From<SceneError> for Failure {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 mod tests {
     use super::*;
 

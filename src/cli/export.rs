@@ -34,6 +34,9 @@ pub struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     assignments: AssignmentArguments,
+    /// Take out the images that only replaced materials showed
+    #[arg(long)]
+    prune: bool,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
     masking: MaskingChoice,
@@ -104,6 +107,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let pairs = slots.iter().zip(&assigned.by_slot);
     let replaced: Vec<_> =
         pairs.filter_map(|(slot, m)| Some((slot.id, &replacements[(*m)?]))).collect();
+    let scene = if arguments.prune { scene.pruned(&replaced)? } else { scene };
     let export = scene.export(&replaced, &arguments.output)?;
     let files = changed(&export.files);
     // All or nothing: what stands in the way is found before the first file is written.

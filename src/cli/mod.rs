@@ -1,11 +1,12 @@
 //! The command line: arguments (raw) → request (checked) → one file per command. Only here does
 //! anything print, pick paths or know of exit codes.
 
+pub mod assignment;
 pub mod failure;
+pub mod inspect;
 pub mod output;
 pub mod selection;
 
-mod assignment;
 mod bake;
 mod dressing;
 mod eval;
@@ -58,6 +59,8 @@ enum Command {
     Fit(fit::Arguments),
     /// A scene with measured materials in its slots: fitted, with parameters and textures
     Export(export::Arguments),
+    /// What is in a scene, a manifest or a lookup texture
+    Inspect(inspect::Arguments),
 }
 
 /// Parses the process's arguments, runs the command and reports its exit code.
@@ -82,5 +85,6 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Bake(arguments) => bake::run(arguments, output),
         Command::Fit(arguments) => fit::run(arguments, output),
         Command::Export(arguments) => export::run(arguments, output),
+        Command::Inspect(arguments) => inspect::run(arguments, output),
     }
 }

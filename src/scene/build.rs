@@ -52,7 +52,7 @@ pub(super) fn scene(meshes: Vec<Mesh>, parts: Parts, source: Source) -> Result<S
     document.insert("bufferViews".into(), Value::Array(builder.views));
     document.insert("buffers".into(), json!([{"byteLength": builder.bytes.len()}]));
     let text = Value::Object(document).to_string();
-    Scene::new(text, Some(Bytes::from(builder.bytes)), None, source)
+    Scene::new(text, Some(vec![Bytes::from(builder.bytes)]), None, source)
 }
 
 const ARRAY_BUFFER: u32 = 34962;

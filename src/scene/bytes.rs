@@ -3,6 +3,7 @@
 use std::{
     fs::File,
     io::{self, Read, Seek, SeekFrom, Write},
+    ops::Range,
     path::Path,
     sync::{Arc, Mutex, PoisonError},
 };
@@ -45,12 +46,16 @@ impl Bytes {
         self.len() == 0
     }
 
-    /// The first `length` bytes, or all where there are fewer.
-    pub fn start(self, length: u64) -> Self {
+    /// The bytes of a range within these.
+    pub fn slice(self, range: Range<u64>) -> Self {
         match self {
-            _ if self.len() <= length => self,
-            Bytes::Memory(bytes) => Bytes::Memory(bytes[..length as usize].into()),
-            Bytes::Span { file, offset, .. } => Bytes::Span { file, offset, length },
+            _ if range == (0..self.len()) => self,
+            Bytes::Memory(bytes) => {
+                Bytes::Memory(bytes[range.start as usize..range.end as usize].into())
+            }
+            Bytes::Span { file, offset, .. } => {
+                Bytes::Span { file, offset: offset + range.start, length: range.end - range.start }
+            }
         }
     }
 

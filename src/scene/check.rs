@@ -4,7 +4,7 @@
 use std::fmt::Display;
 
 use super::{
-    Scene, SceneError,
+    Bytes, Scene, SceneError,
     outline::{Accessor, Index, Mesh, Outline, Primitive},
     resource::Resource,
 };
@@ -68,7 +68,7 @@ fn buffers(scene: &Scene) -> Result<(), SceneError> {
                 }
                 None => continue,
             },
-            (None, Some(bin)) if i == 0 => bin.len(),
+            (None, Some(bin)) if i == 0 => bin.iter().map(Bytes::len).sum(),
             // A placeholder whose content an extension makes.
             (None, _) => continue,
         };

@@ -18,13 +18,13 @@ pub(super) struct Draft<'s> {
 }
 
 impl<'s> Draft<'s> {
-    pub fn new(text: &'s str, bin: Option<&Bytes>) -> serde_json::Result<Self> {
+    pub fn new(text: &'s str, bin: Option<&Vec<Bytes>>) -> serde_json::Result<Self> {
         let (before, rest) = text.split_at(text.len() - text.trim_start().len());
         let after = &rest[rest.trim_end().len()..];
         Ok(Draft {
             root: Pieces::object(text)?,
             margins: [before, after],
-            bin: bin.map(|bytes| vec![bytes.clone()]),
+            bin: bin.cloned(),
             views: Vec::new(),
             inline: None,
         })

@@ -142,7 +142,7 @@ impl Job<'_> {
         }
         let length = buffer.byte_length.0;
         let pieces = self.draft.bin.take().unwrap_or_default();
-        let pieces = pieces.into_iter().map(|bytes| bytes.start(length)).collect();
+        let pieces = start(pieces, length);
         let name = self.name("bin");
         self.edit_member("buffers", 0, &[("uri", Some(quote(&percent_encode(&name))))])?;
         self.files.push(OutputFile { path: self.folder.join(name), pieces, copy: false });
@@ -164,7 +164,7 @@ impl Job<'_> {
                 let reason = format!("claims {} bytes, its data has {}", lengths.0, lengths.1);
                 return Err(SceneError::Invalid(place, reason));
             }
-            let bytes = bytes.start(buffer.byte_length.0);
+            let bytes = bytes.slice(0..buffer.byte_length.0);
             if index == 0 {
                 self.draft.bin = Some(vec![bytes]);
                 self.edit_member("buffers", 0, &[("uri", None)])?;
@@ -233,8 +233,12 @@ impl Job<'_> {
                 replacement.textures.iter().map(|t| self.attach(t)).collect::<Result<_, _>>()?;
             match slot {
                 SlotId::Material(index) => {
-                    let change = |raw: &str| material::replace(raw, replacement, textures);
-                    self.draft.edit_item("materials", *index, change)?;
+                    let warnings = &mut self.warnings;
+                    self.draft.edit_item("materials", *index, |raw| {
+                        let losses = material::losses(raw)?.into_iter();
+                        warnings.extend(losses.map(|loss| format!("material {index}: {loss}")));
+                        material::replace(raw, replacement, textures)
+                    })?;
                 }
                 SlotId::Unassigned => {
                     let material = material::replace("{}", replacement, textures)?;
@@ -340,6 +344,16 @@ pub(super) fn mime(path: &Path) -> Option<&'static str> {
         "dds" => "image/vnd-ms.dds",
         _ => return None,
     })
+}
+
+/// The first `length` bytes of the pieces.
+fn start(pieces: Vec<Bytes>, mut length: u64) -> Vec<Bytes> {
+    let cut = |piece: Bytes| {
+        let part = piece.len().min(length);
+        length -= part;
+        (part > 0).then(|| piece.slice(0..part))
+    };
+    pieces.into_iter().filter_map(cut).collect()
 }
 
 fn decode_data_uri(uri: &str) -> Result<Bytes, SceneError> {

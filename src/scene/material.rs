@@ -52,6 +52,20 @@ pub(super) fn replace(
     Ok(material.to_text())
 }
 
+/// What the replacement of the material `raw` loses that its owner may miss.
+pub(super) fn losses(raw: &str) -> serde_json::Result<Vec<&'static str>> {
+    let material = Pieces::object(raw)?;
+    let reflection = Pieces::object(material.get("pbrMetallicRoughness").unwrap_or("{}"))?;
+    let transparent = material.get("alphaMode").is_some_and(|mode| mode != "\"OPAQUE\"");
+    let cut_out = transparent && reflection.get("baseColorTexture").is_some();
+    let no_room = material.get("extras").is_some_and(|extras| !extras.starts_with('{'));
+    let losses = [
+        cut_out.then_some("its alpha came from the base colour texture, which goes"),
+        no_room.then_some("its extras are no object, so extras.sgd is left out"),
+    ];
+    Ok(losses.into_iter().flatten().collect())
+}
+
 /// Base colour, metallic and roughness from the fit; alpha stays.
 fn metallic_roughness(raw: Option<&str>, fit: &Replacement) -> serde_json::Result<String> {
     let mut reflection = Pieces::object(raw.unwrap_or("{}"))?;

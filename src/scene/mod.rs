@@ -27,6 +27,7 @@ mod glb;
 mod material;
 mod obj;
 mod outline;
+mod prune;
 mod replacement;
 mod resource;
 mod slot;
@@ -48,9 +49,37 @@ pub use material::EXTENSION;
 pub use replacement::{Attachment, Clearcoat, Replacement, Specular};
 pub use slot::{Pattern, Slot, SlotId, resolve};
 
+use serde::Serialize;
+use serde_json::Value;
+
 use glb::Glb;
 use outline::Outline;
 use resource::Resource;
+
+/// How much of what a scene has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Meshes.
+    pub meshes: usize,
+    /// Triangles of all meshes.
+    pub triangles: u64,
+    /// Nodes.
+    pub nodes: usize,
+    /// Scenes.
+    pub scenes: usize,
+    /// Images.
+    pub images: usize,
+    /// Textures.
+    pub textures: usize,
+    /// Animations.
+    pub animations: usize,
+    /// Skins.
+    pub skins: usize,
+    /// Cameras.
+    pub cameras: usize,
+    /// Bytes of all buffers.
+    pub buffer_bytes: u64,
+}
 
 /// A scene as a glTF document.
 #[derive(Debug)]
@@ -60,7 +89,7 @@ pub struct Scene {
     outline: Outline,
     source: Source,
     /// The content of the first buffer where it has no address of its own.
-    bin: Option<Bytes>,
+    bin: Option<Vec<Bytes>>,
     /// .glb chunks after BIN, with their headers.
     rest: Option<Bytes>,
     /// What a reader should know about the input.
@@ -101,7 +130,12 @@ impl Scene {
         match &*ending {
             _ if Glb::is_glb(&start) => {
                 let Glb { json, bin, rest } = Glb::open(path)?;
-                Self::new(json, bin, rest, Source::File(Container::Glb, folder))
+                Self::new(
+                    json,
+                    bin.map(|bytes| vec![bytes]),
+                    rest,
+                    Source::File(Container::Glb, folder),
+                )
             }
             "obj" => obj::open(path, folder, progress),
             "glb" => Err(SceneError::Glb("the file does not start with glTF".into())),
@@ -115,7 +149,7 @@ impl Scene {
 
     fn new(
         text: String,
-        bin: Option<Bytes>,
+        bin: Option<Vec<Bytes>>,
         rest: Option<Bytes>,
         source: Source,
     ) -> Result<Self, SceneError> {
@@ -129,6 +163,38 @@ impl Scene {
     /// The material slots, in the order of the materials; primitives without one come last.
     pub fn slots(&self) -> Vec<Slot> {
         slot::slots(&self.outline)
+    }
+
+    /// How much there is of what.
+    pub fn counts(&self) -> Counts {
+        let outline = &self.outline;
+        let triangles = self.slots().iter().fold(0u64, |n, slot| n.saturating_add(slot.triangles));
+        Counts {
+            meshes: outline.meshes.len(),
+            triangles,
+            nodes: outline.nodes.len(),
+            scenes: outline.scenes.len(),
+            images: outline.images.len(),
+            textures: outline.textures.len(),
+            animations: outline.animations.len(),
+            skins: outline.skins.len(),
+            cameras: outline.cameras.len(),
+            buffer_bytes: outline
+                .buffers
+                .iter()
+                .fold(0u64, |n, buffer| n.saturating_add(buffer.byte_length.0)),
+        }
+    }
+
+    /// Names in `extensionsUsed`.
+    pub fn extensions_used(&self) -> &[String] {
+        &self.outline.extensions_used
+    }
+
+    /// The body of [`EXTENSION`] of each material that has one, by material index.
+    pub fn measured(&self) -> impl Iterator<Item = (usize, &Value)> {
+        let materials = self.outline.materials.iter().enumerate();
+        materials.filter_map(|(index, material)| Some((index, material.extensions.sgd.as_ref()?)))
     }
 
     /// What was odd about the input but no error.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer};
+use serde_json::Value;
 
 use super::SceneError;
 
@@ -15,15 +16,17 @@ pub(super) struct Outline {
     pub accessors: Vec<Accessor>,
     pub images: Vec<Image>,
     pub textures: Vec<Texture>,
-    pub samplers: Vec<Named>,
-    pub materials: Vec<Named>,
+    pub samplers: Vec<Opaque>,
+    pub materials: Vec<Material>,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
     pub scenes: Vec<Scene>,
     pub scene: Option<Index>,
     pub skins: Vec<Skin>,
-    pub cameras: Vec<Named>,
+    pub cameras: Vec<Opaque>,
     pub animations: Vec<Animation>,
+    pub extensions_used: Vec<String>,
+    pub extensions_required: Vec<String>,
 }
 
 /// A whole number ≥ 0, however it is spelled: `3`, `3.0`, `3e0`.
@@ -42,10 +45,21 @@ impl<'de> Deserialize<'de> for Index {
     }
 }
 
-/// An object of which at most the name matters.
+/// An object of which only the existence matters.
 #[derive(Debug, Deserialize)]
-pub(super) struct Named {
+pub(super) struct Opaque {}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Material {
     pub name: Option<String>,
+    #[serde(default)]
+    pub extensions: MaterialExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "SGD_materials_shifted_gamma")]
+    pub sgd: Option<Value>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -63,6 +77,34 @@ pub(super) struct BufferView {
     pub byte_offset: Index,
     pub byte_length: Index,
     pub byte_stride: Option<Index>,
+    #[serde(default)]
+    pub extensions: BufferViewExtensions,
+}
+
+/// Extensions that say where a view's compressed bytes are.
+pub(super) const COMPRESSION: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct BufferViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext: Option<Compressed>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr: Option<Compressed>,
+}
+
+impl BufferViewExtensions {
+    pub fn compressed(&self) -> Option<&Compressed> {
+        self.ext.as_ref().or(self.khr.as_ref())
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Compressed {
+    pub buffer: Index,
+    #[serde(default)]
+    pub byte_offset: Index,
+    pub byte_length: Index,
 }
 
 #[derive(Debug, Deserialize)]

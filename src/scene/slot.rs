@@ -162,6 +162,7 @@ pub fn resolve<'a, T>(
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 mod tests {
     use super::*;
 
@@ -187,7 +188,7 @@ mod tests {
         ];
         let assignments: Vec<_> =
             patterns.iter().enumerate().map(|(i, text)| (Pattern::new(text), i)).collect();
-        Ok(resolve(&slots, &assignments)?.into_iter().map(|value| value.copied()).collect())
+        Ok(resolve(&slots, &assignments)?.into_iter().map(Option::<&usize>::copied).collect())
     }
 
     #[test]

@@ -171,6 +171,7 @@ impl<'de> Visitor<'de> for MembersVisitor {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 mod tests {
     use super::*;
     use proptest::prelude::*;

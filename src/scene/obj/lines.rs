@@ -317,6 +317,7 @@ impl<R: BufRead> Read for Lines<'_, R> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 mod tests {
     use super::*;
 

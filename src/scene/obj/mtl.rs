@@ -106,8 +106,8 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Kd and d are the base colour, Ke the emission; roughness is Pr, or 1 − √(Ns/1000) as Blender
-    /// maps shininess; Pm is metallic.
+    /// Kd and d are the base colour, Ke the emission; roughness is Pr, or 1 − √(Ns/1000) as
+    /// is usual for shininess; Pm is metallic.
     fn material(&mut self, mtl: &Material) -> Result<Value, SceneError> {
         let number =
             |key: &str| mtl.unknown_param.get(key)?.split_whitespace().next()?.parse().ok();

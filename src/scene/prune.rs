@@ -1,0 +1,244 @@
+//! Images that only replaced materials showed are taken out. No array gets shorter and no index
+//! changes, so that extensions this crate does not know stay right: a texture keeps its place, its
+//! image becomes a placeholder of one pixel, and the image's bytes leave the buffer.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ops::Range,
+};
+
+use serde_json::Value;
+
+use super::{
+    Bytes, Replacement, Scene, SceneError, SlotId,
+    draft::Draft,
+    material,
+    outline::Outline,
+    text::{Pieces, quote},
+};
+
+/// A white PNG of one pixel.
+const PIXEL: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
+
+/// Bytes are taken out in runs of whole multiples of this, so that what follows stays aligned.
+const ALIGNMENT: u64 = 8;
+
+impl Scene {
+    /// The scene without the images that, of all materials, only those about to be replaced show.
+    ///
+    /// # Errors
+    /// Materials that are no valid JSON objects.
+    pub fn pruned(self, assigned: &[(SlotId, &Replacement)]) -> Result<Self, SceneError> {
+        let images = self.unused_images(assigned)?;
+        if images.is_empty() {
+            return Ok(self);
+        }
+        let mut draft = Draft::new(&self.text, None)?;
+        for index in &images {
+            draft.edit_item("images", *index, placeholder)?;
+        }
+        let holes = self.holes(&images)?;
+        let (mut bin, mut removed) = (self.bin.clone(), 0);
+        if let (Some(pieces), false) = (&mut bin, holes.is_empty()) {
+            let all: u64 = pieces.iter().map(Bytes::len).sum();
+            *pieces = without(pieces, &holes);
+            removed = all - pieces.iter().map(Bytes::len).sum::<u64>();
+        }
+        if removed > 0 {
+            draft.edit("bufferViews", |views| move_views(views, &self.outline, &holes))?;
+            let length = self.outline.buffers[0].byte_length.0 - removed;
+            draft.edit_item("buffers", 0, |raw| {
+                let mut buffer = Pieces::object(raw)?;
+                buffer.set("byteLength", length.to_string());
+                Ok(buffer.to_text())
+            })?;
+        }
+        let (text, _) = draft.finish()?;
+        let warnings = self.warnings;
+        Ok(Scene { warnings, ..Scene::new(text, bin, self.rest, self.source)? })
+    }
+
+    /// Images of textures that replaced materials let go of, and that nothing else shows.
+    fn unused_images(
+        &self,
+        assigned: &[(SlotId, &Replacement)],
+    ) -> Result<BTreeSet<usize>, SceneError> {
+        let mut replaced: BTreeMap<usize, &Replacement> = BTreeMap::new();
+        replaced.extend(assigned.iter().filter_map(|(slot, r)| Some((slot.index()?, *r))));
+        let root = Pieces::object(&self.text)?;
+        let materials = Pieces::array(root.get("materials").unwrap_or("[]"))?;
+        let (mut before, mut after) = (BTreeSet::new(), BTreeSet::new());
+        for (index, raw) in materials.values().enumerate() {
+            match replaced.get(&index) {
+                Some(replacement) => {
+                    before.extend(textures(raw)?);
+                    after.extend(textures(&material::replace(raw, replacement, Vec::new())?)?);
+                }
+                None => after.extend(textures(raw)?),
+            }
+        }
+        let all = Pieces::array(root.get("textures").unwrap_or("[]"))?;
+        let (mut gone, mut kept) = (BTreeSet::new(), BTreeSet::new());
+        for (index, raw) in all.values().enumerate() {
+            let index = index as u64;
+            let unused = before.contains(&index) && !after.contains(&index);
+            if unused { &mut gone } else { &mut kept }.extend(sources(raw)?);
+        }
+        let images = gone.difference(&kept).filter_map(|image| usize::try_from(*image).ok());
+        Ok(images.filter(|image| *image < self.outline.images.len()).collect())
+    }
+
+    /// Ranges of the first buffer that only the buffer views of these images cover. The first bytes
+    /// stay, as a buffer must not be empty.
+    fn holes(&self, images: &BTreeSet<usize>) -> serde_json::Result<Vec<Range<u64>>> {
+        let outline = &self.outline;
+        let mut users: BTreeMap<u64, usize> = BTreeMap::new();
+        collect(&serde_json::from_str(&self.text)?, &mut |key, value| {
+            if let ("bufferView", Some(view)) = (key, value.as_u64()) {
+                *users.entry(view).or_default() += 1;
+            }
+        });
+        for view in images.iter().filter_map(|image| outline.images[*image].buffer_view) {
+            users.entry(view.0).and_modify(|count| *count -= 1);
+        }
+        let views: BTreeSet<u64> =
+            users.into_iter().filter(|(_, count)| *count == 0).map(|(view, _)| view).collect();
+        let ranges = |(index, view): (usize, &super::outline::BufferView)| {
+            let gone = views.contains(&(index as u64));
+            let own =
+                (view.buffer.0 == 0).then_some((gone, view.byte_offset.0, view.byte_length.0));
+            let compressed = view.extensions.compressed().filter(|c| c.buffer.0 == 0);
+            let compressed = compressed.map(|c| (false, c.byte_offset.0, c.byte_length.0));
+            [own, compressed]
+        };
+        let ranges: Vec<_> =
+            outline.buffer_views.iter().enumerate().flat_map(ranges).flatten().collect();
+        let overlap = |a: &Range<u64>, start: u64, length: u64| {
+            a.start < start.saturating_add(length) && start < a.end
+        };
+        let mut holes: Vec<Range<u64>> = ranges
+            .iter()
+            .filter(|(gone, ..)| *gone)
+            .map(|(_, start, length)| {
+                let end = (start + length) / ALIGNMENT * ALIGNMENT;
+                start.max(&1).next_multiple_of(ALIGNMENT)..end
+            })
+            .filter(|hole| hole.start < hole.end)
+            .filter(|hole| !ranges.iter().any(|(gone, s, n)| !gone && overlap(hole, *s, *n)))
+            .collect();
+        holes.sort_by_key(|hole| hole.start);
+        holes.dedup_by(|next, hole| {
+            let merged = next.start <= hole.end;
+            if merged {
+                hole.end = hole.end.max(next.end);
+            }
+            merged
+        });
+        Ok(holes)
+    }
+}
+
+/// The image's text with the placeholder in place of its content.
+fn placeholder(raw: &str) -> serde_json::Result<String> {
+    let mut image = Pieces::object(raw)?;
+    image.remove("bufferView");
+    image.set("mimeType", quote("image/png"));
+    image.set("uri", quote(PIXEL));
+    Ok(image.to_text())
+}
+
+/// Texture indices in a material: `index` of every member whose name ends in `Texture`.
+fn textures(material: &str) -> serde_json::Result<Vec<u64>> {
+    let mut found = Vec::new();
+    collect(&serde_json::from_str(material)?, &mut |key, value| {
+        if key.ends_with("Texture") {
+            found.extend(value["index"].as_u64());
+        }
+    });
+    Ok(found)
+}
+
+/// Image indices in a texture: its own `source` and those of its extensions.
+fn sources(texture: &str) -> serde_json::Result<Vec<u64>> {
+    let mut found = Vec::new();
+    collect(&serde_json::from_str(texture)?, &mut |key, value| {
+        if key == "source" {
+            found.extend(value.as_u64());
+        }
+    });
+    Ok(found)
+}
+
+fn collect(value: &Value, found: &mut impl FnMut(&str, &Value)) {
+    match value {
+        Value::Object(members) => members.iter().for_each(|(key, value)| {
+            found(key, value);
+            collect(value, found);
+        }),
+        Value::Array(elements) => elements.iter().for_each(|element| collect(element, found)),
+        _ => {}
+    }
+}
+
+/// The pieces without the holes, which are in order and apart.
+fn without(pieces: &[Bytes], holes: &[Range<u64>]) -> Vec<Bytes> {
+    let mut kept = Vec::new();
+    let mut start = 0;
+    for piece in pieces {
+        let end = start + piece.len();
+        let mut from = start;
+        for hole in holes.iter().filter(|hole| hole.start < end && start < hole.end) {
+            if from < hole.start {
+                kept.push(piece.clone().slice(from - start..hole.start - start));
+            }
+            from = hole.end.clamp(from, end);
+        }
+        if from < end {
+            kept.push(piece.clone().slice(from - start..end - start));
+        }
+        start = end;
+    }
+    kept
+}
+
+/// Moves every view of the first buffer down by the holes before it. A view of a hole shrinks to
+/// one byte.
+fn move_views(
+    views: &mut Pieces<'_>,
+    outline: &Outline,
+    holes: &[Range<u64>],
+) -> Result<(), SceneError> {
+    let moved = |offset: u64| {
+        let before = holes.iter().map(|hole| hole.end.min(offset).saturating_sub(hole.start));
+        offset - before.sum::<u64>()
+    };
+    for (index, view) in outline.buffer_views.iter().enumerate() {
+        let raw = views.values().nth(index).unwrap_or("{}").to_owned();
+        let mut object = Pieces::object(&raw)?;
+        let range = view.byte_offset.0..view.byte_offset.0 + view.byte_length.0;
+        if view.buffer.0 == 0 && moved(range.start) != range.start {
+            object.set("byteOffset", moved(range.start).to_string());
+        }
+        if view.buffer.0 == 0
+            && holes.iter().any(|hole| hole.start < range.end && range.start < hole.end)
+        {
+            object.set("byteOffset", "0");
+            object.set("byteLength", "1");
+        }
+        if let Some(c) = view.extensions.compressed().filter(|c| c.buffer.0 == 0) {
+            let offset = moved(c.byte_offset.0).to_string();
+            let raw = object.get("extensions").unwrap_or("{}").to_owned();
+            let mut extensions = Pieces::object(&raw)?;
+            for name in super::outline::COMPRESSION {
+                if let Some(raw) = extensions.get(name).map(str::to_owned) {
+                    let mut body = Pieces::object(&raw)?;
+                    body.set("byteOffset", offset.clone());
+                    extensions.set(name, body.to_text());
+                }
+            }
+            object.set("extensions", extensions.to_text());
+        }
+        views.replace(index, object.to_text());
+    }
+    Ok(())
+}
