@@ -2,105 +2,126 @@
 //! byte by byte, over every glTF under ../shared/models (skipped with a message where that folder
 //! is absent) and over generated documents full of things no tool knows.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use serde_json::{Map, Value, json};
-use sgdbake::scene::{
-    Attachment, Clearcoat, EXTENSION, Pattern, Replacement, Scene, SlotId, Specular, resolve,
-};
+mod support;
 
-/// The shared test scenes, or `None` with a message.
-fn models() -> Option<PathBuf> {
-    let shared = std::env::var_os("SGDBAKE_SHARED").map(PathBuf::from);
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
-    let models = shared.unwrap_or(beside).join("models");
-    if !models.is_dir() {
-        eprintln!("skipped: no {}", models.display());
-        return None;
-    }
-    Some(models)
-}
+use std::{fs, path::Path};
 
-fn gltf_files(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).expect("the folder was there").flatten() {
-        let path = entry.path();
-        let gltf = path.extension().is_some_and(|ending| ending == "gltf" || ending == "glb");
-        match path.is_dir() {
-            true => found.extend(gltf_files(&path)),
-            false if gltf => found.push(path),
-            false => {}
-        }
-    }
-    found.sort();
-    found
-}
-
-fn replacement() -> Replacement {
-    let texture = |quantity: &str, bytes: &Arc<[u8]>| Attachment {
-        entry: json!({"quantity": quantity, "format": "exr"}).as_object().unwrap().clone(),
-        file_name: format!("{quantity}.exr"),
-        mime: "image/x-exr",
-        bytes: bytes.clone(),
-    };
-    let bytes: Arc<[u8]> = Arc::from(&b"\x76\x2f\x31\x01 not a real EXR"[..]);
-    let mut extension = Map::new();
-    extension.insert("version".into(), json!(1));
-    Replacement {
-        name: "gold-paint".into(),
-        base_color: [0.5, 0.25, 0.125],
-        metallic: 1.0,
-        roughness: 0.375,
-        specular: Some(Specular { factor: 0.5, color: [1.0, 0.9, 0.8] }),
-        clearcoat: Some(Clearcoat { factor: 0.25, roughness: 0.1 }),
-        extension,
-        extras: json!({"version": 1, "name": "gold-paint"}),
-        textures: vec![texture("ndf", &bytes), texture("same", &bytes)],
-    }
-}
-
-/// Exports to `target` and writes the files.
-fn export(scene: &Scene, assigned: &[(SlotId, &Replacement)], target: &Path) {
-    fs::create_dir_all(target.parent().unwrap()).unwrap();
-    for file in scene.export(assigned, target).unwrap().files {
-        file.write_to(&mut fs::File::create(&file.path).unwrap()).unwrap();
-    }
-}
+use base64::{Engine, prelude::BASE64_STANDARD};
+use serde_json::{Value, json};
+use sgdbake::scene::{EXTENSION, Pattern, Scene, SlotId, resolve};
+use support::{export, models, replacement, scene_files};
 
 /// JSON and BIN of a scene file, read without the library.
 fn document(path: &Path) -> (Value, Vec<u8>) {
+    let (text, bin) = text_and_bin(path);
+    (serde_json::from_str(&text).unwrap(), bin)
+}
+
+fn text_and_bin(path: &Path) -> (String, Vec<u8>) {
     let bytes = fs::read(path).unwrap();
     if !bytes.starts_with(b"glTF") {
-        return (serde_json::from_slice(&bytes).unwrap(), Vec::new());
+        return (String::from_utf8(bytes).unwrap(), Vec::new());
     }
     let length = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    assert_eq!(length(8), bytes.len());
     let json = 20..20 + length(12);
-    let bin = bytes.get(json.end + 8..).unwrap_or_default().to_vec();
-    (serde_json::from_slice(&bytes[json]).unwrap(), bin)
+    let bin = match bytes.get(json.end..json.end + 8) {
+        Some(header) if &header[4..] == b"BIN\0" => {
+            bytes[json.end + 8..json.end + 8 + length(json.end)].to_vec()
+        }
+        _ => Vec::new(),
+    };
+    (String::from_utf8(bytes[json].to_vec()).unwrap(), bin)
+}
+
+/// A .glb of JSON, BIN and a chunk nobody knows.
+fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
+    let mut body = Vec::new();
+    let json = format!("{json}{}", " ".repeat(json.len().wrapping_neg() % 4));
+    for (kind, content) in [(b"JSON", json.as_bytes()), (b"BIN\0", bin), (b"odd?", b"unknown!")] {
+        body.extend((content.len() as u32).to_le_bytes());
+        body.extend(kind);
+        body.extend(content);
+    }
+    [&b"glTF\x02\0\0\0"[..], &(12 + body.len() as u32).to_le_bytes(), &body].concat()
+}
+
+/// A document as nobody should write it: odd spellings and spacing, unknown members and extensions
+/// at every level, compressed geometry, variants, sparse accessors, several scenes and buffers.
+/// `buffer0` is a member with a comma for the first buffer's address, or nothing in a .glb.
+fn odd_document(buffer0: &str) -> String {
+    let second = BASE64_STANDARD.encode([7; 12]);
+    format!(
+        r#"
+{{ "extensionsRequired" : ["KHR_draco_mesh_compression","MADE_up"],
+	"asset":{{"version":"2.0","extras":{{"deep":[[[{{"é\u00e9\/":1.50E+003}}]]]}}}},"extensionsUsed":["KHR_draco_mesh_compression",
+ "MADE_up","KHR_materials_variants","KHR_materials_sheen"], "unknown":null,"unknown":"twice",
+ "scenes":[{{"nodes":[0]}},{{"nodes":[ 0 ],"extras":-0.0}}],"scene":1,
+ "extensions":{{"KHR_materials_variants":{{"variants":[{{"name":"a"}}]}},"MADE_up":{{"bufferView":0,"x":1e400}}}},
+ "nodes":[{{"mesh":0,"rotation":[0.0,-0,1.00000000000000000001,0],"extensions":{{"MADE_up":[]}}}}],
+ "meshes":[{{"name":"first","weights":[0.10],"primitives":[
+   {{"attributes":{{"POSITION":0,"_ODD":0}},"material":1,"targets":[{{"POSITION":1}}],
+     "extensions":{{"KHR_materials_variants":{{"mappings":[{{"material":0,"variants":[0]}}]}},"KHR_draco_mesh_compression":{{"bufferView":1,"attributes":{{"POSITION":0}}}}}}}},
+   {{ "attributes" : {{"POSITION":0}} , "mode":4.0 }}]}}],
+ "materials":[{{"name":"kept","pbrMetallicRoughness":{{"roughnessFactor":0.70}},"alphaCutoff":5e-1,"alphaMode":"MASK"}},
+  {{ "doubleSided":true, "pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,0.250],"baseColorTexture":{{"index":0}},"metallicRoughnessTexture":{{"index":0}}}},
+     "normalTexture":{{"index":0,"scale":1.0E0}}, "extras":{{"mine":[1.10]}},"alphaMode":"BLEND",
+     "extensions":{{"KHR_materials_sheen":{{}},"KHR_materials_emissive_strength":{{"emissiveStrength":2.0}},"MADE_up":{{"v":1.0}}}}}}],
+ "textures":[{{"source":0}}],"images":[{{"mimeType":"image/png","bufferView":1}}],
+ "accessors":[{{"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1],
+   "sparse":{{"count":1,"indices":{{"bufferView":0,"componentType":5121}},"values":{{"bufferView":2}}}}}},
+   {{"componentType":5126,"count":3,"type":"VEC3"}}],
+ "bufferViews":[{{"buffer":0,"byteLength":4}},{{"buffer":0,"byteOffset":4,"byteLength":5,"extensions":{{"MADE_up":0}}}},{{"buffer":1,"byteLength":12}}],
+ "buffers":[{{{buffer0}"byteLength":9,"extras":"first"}},{{"byteLength":12,"uri":"data:application/octet-stream;base64,{second}"}}]  }}
+"#
+    )
+}
+
+const ODD_BIN: [u8; 12] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 0, 0, 0];
+
+/// The odd document as a .glb, as a .gltf with a file, and as a .gltf with a data URI.
+fn odd_files(folder: &Path) -> [std::path::PathBuf; 3] {
+    fs::create_dir_all(folder).unwrap();
+    let data = BASE64_STANDARD.encode(&ODD_BIN[..9]);
+    let data = format!(r#""uri":"data:application/octet-stream;base64,{data}","#);
+    fs::write(folder.join("odd name.bin"), &ODD_BIN[..9]).unwrap();
+    let files = [
+        ("odd.glb", glb(&odd_document(""), &ODD_BIN)),
+        ("odd.gltf", odd_document(r#""uri":"odd%20name.bin","#).into_bytes()),
+        ("data.gltf", odd_document(&data).into_bytes()),
+    ];
+    files.map(|(name, bytes)| {
+        fs::write(folder.join(name), bytes).unwrap();
+        folder.join(name)
+    })
 }
 
 #[test]
 fn without_an_assignment_the_file_comes_out_byte_for_byte() {
-    let Some(models) = models() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let files = gltf_files(&models);
-    assert!(files.len() >= 9, "{files:?}");
-    for path in files {
-        let target = folder.path().join(path.file_name().unwrap());
-        let scene = Scene::open(&path).unwrap();
+    let mut files = odd_files(&folder.path().join("in")).to_vec();
+    files.extend(models().iter().flat_map(|models| scene_files(models)));
+    for path in files.iter().filter(|path| path.extension().unwrap() != "obj") {
+        let target = folder.path().join("out").join(path.file_name().unwrap());
+        let scene = Scene::open(path).unwrap();
         export(&scene, &[], &target);
-        assert!(fs::read(&path).unwrap() == fs::read(&target).unwrap(), "{}", path.display());
+        assert!(fs::read(path).unwrap() == fs::read(&target).unwrap(), "{}", path.display());
+        for file in scene.export(&[], &target).unwrap().files {
+            let beside = path
+                .parent()
+                .unwrap()
+                .join(file.path.strip_prefix(target.parent().unwrap()).unwrap());
+            assert!(fs::read(beside).unwrap() == fs::read(file.path).unwrap());
+        }
     }
 }
 
 /// What an assignment may change in a document: the material, `extensionsUsed`, and what is
 /// appended to buffer views and buffer 0.
 fn without_the_assigned(mut document: Value, slot: SlotId, before: &Value) -> Value {
-    let SlotId::Material(index) = slot else { panic!("a material slot") };
+    let index = slot.index().expect("a material slot");
     document["materials"][index] = Value::Null;
     let root = document.as_object_mut().unwrap();
     root.shift_remove("extensionsUsed");
@@ -115,28 +136,157 @@ fn without_the_assigned(mut document: Value, slot: SlotId, before: &Value) -> Va
 
 #[test]
 fn with_a_slot_assigned_all_else_is_equal() {
-    let Some(models) = models() else { return };
     let folder = tempfile::tempdir().unwrap();
     let replacement = replacement();
-    for path in gltf_files(&models) {
-        let target = folder.path().join(path.file_name().unwrap());
-        let scene = Scene::open(&path).unwrap();
-        for slot in scene.slots() {
-            if slot.id == SlotId::Unassigned {
-                continue;
-            }
+    let mut files = odd_files(&folder.path().join("in")).to_vec();
+    files.extend(models().iter().flat_map(|models| scene_files(models)));
+    for path in files.iter().filter(|path| path.extension().unwrap() != "obj") {
+        let target = folder.path().join("out").join(path.file_name().unwrap());
+        let scene = Scene::open(path).unwrap();
+        for slot in scene.slots().iter().filter(|slot| slot.id != SlotId::Unassigned) {
             export(&scene, &[(slot.id, &replacement)], &target);
-            let (before, bin_before) = document(&path);
+            let (before, bin_before) = document(path);
             let (after, bin_after) = document(&target);
             assert!(bin_after.starts_with(&bin_before), "{}", path.display());
             let material = &after["materials"][slot.id.index().unwrap()];
             assert_eq!(material["extensions"][EXTENSION]["textures"].as_array().unwrap().len(), 2);
-            assert_eq!(
-                without_the_assigned(after, slot.id, &before),
-                without_the_assigned(before.clone(), slot.id, &before),
-                "{}",
-                path.display()
-            );
+            let kept = without_the_assigned(before.clone(), slot.id, &before);
+            assert_eq!(without_the_assigned(after, slot.id, &before), kept, "{}", path.display());
+        }
+    }
+}
+
+#[test]
+fn the_text_around_an_assignment_keeps_every_character() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, ..] = odd_files(folder.path());
+    let target = folder.path().join("out.glb");
+    export(&Scene::open(&path).unwrap(), &[(SlotId::Material(0), &replacement())], &target);
+    let (before, _) = text_and_bin(&path);
+    let (after, bin) = text_and_bin(&target);
+    let after = after.trim_end_matches(' ');
+    let material = |text: &str| {
+        let start = text.find(r#"{"name":"kept""#).unwrap();
+        text[start..text.find(",\n  { \"doubleSided\"").unwrap()].to_owned()
+    };
+    let used = format!(
+        r#""KHR_materials_sheen","{EXTENSION}","KHR_materials_specular","KHR_materials_clearcoat"]"#
+    );
+    let expected = before
+        .trim_end_matches(' ')
+        .replace(&material(&before), &material(after))
+        .replace(r#""KHR_materials_sheen"]"#, &used)
+        .replace(
+            "12}],\n \"buffers\"",
+            "12},{\"buffer\":0,\"byteOffset\":12,\"byteLength\":19}],\n \"buffers\"",
+        )
+        .replace(r#""byteLength":9,"#, r#""byteLength":31,"#);
+    assert_eq!(after, expected);
+    assert_eq!(bin[..12], ODD_BIN);
+    assert!(fs::read(&target).unwrap().ends_with(b"odd?unknown!"));
+}
+
+#[test]
+fn a_replaced_material_keeps_what_is_not_reflection() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, ..] = odd_files(folder.path());
+    let target = folder.path().join("out.glb");
+    let scene = Scene::open(&path).unwrap();
+    export(&scene, &[(SlotId::Material(1), &replacement())], &target);
+    let (after, _) = document(&target);
+    let material = &after["materials"][1];
+    assert_eq!(
+        material["pbrMetallicRoughness"].to_string(),
+        r#"{"baseColorFactor":[0.5,0.25,0.125,0.250],"metallicFactor":1.0,"roughnessFactor":0.375}"#
+    );
+    assert_eq!(material["normalTexture"].to_string(), r#"{"index":0,"scale":1.0e+0}"#);
+    assert_eq!(material["name"], "gold-paint");
+    assert_eq!(material["doubleSided"], true);
+    assert_eq!(material["alphaMode"], "BLEND");
+    assert_eq!(material["extras"]["mine"].to_string(), "[1.10]");
+    assert_eq!(material["extras"]["sgd"]["name"], "gold-paint");
+    let extensions: Vec<_> = material["extensions"].as_object().unwrap().keys().collect();
+    assert_eq!(
+        extensions,
+        [
+            "KHR_materials_emissive_strength",
+            "MADE_up",
+            "KHR_materials_specular",
+            "KHR_materials_clearcoat",
+            EXTENSION
+        ]
+    );
+    let used = after["extensionsUsed"].as_array().unwrap();
+    assert!(
+        used.contains(&json!(EXTENSION))
+            && !after["extensionsRequired"].to_string().contains("SGD")
+    );
+    let textures = &material["extensions"][EXTENSION]["textures"];
+    assert_eq!(textures[0]["bufferView"], textures[1]["bufferView"], "equal bytes are stored once");
+    assert_eq!(textures[0]["mimeType"], "image/x-exr");
+}
+
+#[test]
+fn primitives_without_a_material_can_be_assigned() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, ..] = odd_files(folder.path());
+    let target = folder.path().join("out.glb");
+    let scene = Scene::open(&path).unwrap();
+    let slots = scene.slots();
+    assert_eq!(slots[2].label(), "(none)");
+    let assignments = [(Pattern::new("(none)"), replacement())];
+    let resolved = resolve(&slots, &assignments).unwrap();
+    assert!(resolved[..2].iter().all(Option::is_none));
+    export(&scene, &[(slots[2].id, resolved[2].unwrap())], &target);
+    let (before, _) = document(&path);
+    let (after, _) = document(&target);
+    assert_eq!(after["materials"].as_array().unwrap().len(), 3);
+    assert_eq!(after["materials"][0], before["materials"][0]);
+    let primitives = |document: &Value, i: usize| document["meshes"][0]["primitives"][i].clone();
+    assert_eq!(primitives(&after, 0), primitives(&before, 0), "variants stay valid");
+    assert_eq!(primitives(&after, 1)["material"], 2);
+    assert_eq!(Scene::open(&target).unwrap().slots()[2].name.as_deref(), Some("gold-paint"));
+}
+
+#[test]
+fn containers_are_converted_there_and_back() {
+    let folder = tempfile::tempdir().unwrap();
+    for path in odd_files(&folder.path().join("in")) {
+        let [there, back] = ["there", "back"].map(|name| folder.path().join(name));
+        let was_glb = path.extension().unwrap() == "glb";
+        let [other, own] = if was_glb { ["gltf", "glb"] } else { ["glb", "gltf"] };
+        let [there, back] =
+            [there.join("odd").with_extension(other), back.join("odd").with_extension(own)];
+        export(&Scene::open(&path).unwrap(), &[], &there);
+        export(&Scene::open(&there).unwrap(), &[], &back);
+        let with_first_uri = |path: &Path, uri: Value| {
+            let (mut json, _) = document(path);
+            json["buffers"][0]["uri"] = uri;
+            json
+        };
+        assert_eq!(with_first_uri(&back, Value::Null), with_first_uri(&path, Value::Null));
+        let glb = if was_glb { &back } else { &there };
+        assert_eq!(document(glb).1, ODD_BIN);
+    }
+    assert_eq!(fs::read(folder.path().join("back/odd.bin")).unwrap(), ODD_BIN[..9]);
+}
+
+#[test]
+fn images_of_a_gltf_move_into_a_glb_with_equal_bytes() {
+    let Some(models) = models() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    for path in scene_files(&models).iter().filter(|path| path.extension().unwrap() == "gltf") {
+        let target = folder.path().join("out.glb");
+        export(&Scene::open(path).unwrap(), &[], &target);
+        let (before, _) = document(path);
+        let (after, bin) = document(&target);
+        for (i, image) in before["images"].as_array().into_iter().flatten().enumerate() {
+            let file = path.parent().unwrap().join(image["uri"].as_str().unwrap());
+            let view =
+                &after["bufferViews"][after["images"][i]["bufferView"].as_u64().unwrap() as usize];
+            let number = |key: &str| view[key].as_u64().unwrap() as usize;
+            let bytes = &bin[number("byteOffset")..][..number("byteLength")];
+            assert!(bytes == fs::read(file).unwrap(), "{}", path.display());
         }
     }
 }
@@ -147,15 +297,63 @@ fn a_ball_is_a_scene() {
     let scene = Scene::ball(16).unwrap();
     let slots = scene.slots();
     assert_eq!(slots[0].triangles, 2 * 32 * 15);
-    let assignments = [(Pattern::new("*"), replacement())];
-    let resolved = resolve(&slots, &assignments).unwrap();
-    let assigned = [(slots[0].id, resolved[0].unwrap())];
     for name in ["ball.glb", "ball.gltf"] {
         let target = folder.path().join(name);
-        export(&scene, &assigned, &target);
+        export(&scene, &[(slots[0].id, &replacement())], &target);
         assert_eq!(Scene::open(&target).unwrap().slots(), slots);
     }
     assert!(
         folder.path().join("ball.bin").is_file() && folder.path().join("ball.ndf.exr").is_file()
     );
+}
+
+#[test]
+fn pruning_takes_out_what_only_replaced_materials_showed() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = |n: u8| vec![n; 1000];
+    let bin = [vec![1; 12], picture(2), vec![3; 12], picture(4), vec![5; 40]].concat();
+    let views = [(0, 12), (12, 1000), (1012, 12), (1024, 1000), (2024, 40)];
+    let views: Vec<_> =
+        views.iter().map(|(o, n)| json!({"buffer": 0, "byteOffset": o, "byteLength": n})).collect();
+    let material = |texture: usize| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": texture}}, "normalTexture": {"index": 1}});
+    let image = |view: usize| json!({"bufferView": view, "mimeType": "image/png"});
+    let mut before = json!({
+        "asset": {"version": "2.0"},
+        "materials": [material(0), material(1), material(0)],
+        "textures": [{"source": 0}, {"source": 1}],
+        "images": [image(1), image(3)],
+        "extensions": {"MADE_up": {"bufferView": 4}},
+        "bufferViews": views,
+        "buffers": [{"byteLength": bin.len()}],
+    });
+    let path = folder.path().join("in.glb");
+    let target = folder.path().join("out.glb");
+    let replacement = replacement();
+    let pruned = |before: &Value, slots: &[usize]| {
+        fs::write(&path, glb(&before.to_string(), &bin)).unwrap();
+        let slots: Vec<_> =
+            slots.iter().map(|slot| (SlotId::Material(*slot), &replacement)).collect();
+        let scene = Scene::open(&path).unwrap().pruned(&slots).unwrap();
+        export(&scene, &[], &target);
+        document(&target)
+    };
+    // Texture 0 is still shown by the third material, texture 1 stays a normal texture.
+    assert_eq!(pruned(&before, &[0, 1]), (before.clone(), bin.clone()));
+    let (after, rest) = pruned(&before, &[0, 1, 2]);
+    assert!(after["images"][0]["uri"].as_str().unwrap().starts_with("data:image/png"));
+    assert_eq!(after["images"][1], before["images"][1]);
+    assert_eq!(after["textures"], before["textures"]);
+    assert_eq!(rest.len(), bin.len() - 992);
+    for (index, n) in [(0, 1u8), (2, 3), (3, 4), (4, 5)] {
+        let number = |key: &str| after["bufferViews"][index][key].as_u64().unwrap() as usize;
+        let bytes = &rest[number("byteOffset")..][..number("byteLength")];
+        assert!(bytes.iter().all(|byte| *byte == n), "view {index}");
+        assert_eq!(
+            number("byteLength"),
+            before["bufferViews"][index]["byteLength"].as_u64().unwrap() as usize
+        );
+    }
+    // A view that something unknown refers to stays.
+    before["extensions"]["MADE_up"]["bufferView"] = json!(1);
+    assert_eq!(pruned(&before, &[0, 1, 2]).1, bin);
 }

@@ -1,5 +1,7 @@
 //! Damaged and malicious scenes: a clear error, never a panic, nothing allocated by a claim.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use std::{fs, path::Path};
 
 use serde_json::{Value, json};

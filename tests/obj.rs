@@ -1,5 +1,7 @@
 //! OBJ files become glTF: written here as text, so that each says what it tests.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use std::{fs, path::Path};
 
 use serde_json::Value;
