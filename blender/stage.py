@@ -172,3 +172,46 @@ def write_png(path, rgb):
     image.file_format, image.filepath_raw = "PNG", str(path)
     image.save()
     bpy.data.images.remove(image)
+
+
+def plan_camera(half_width, centre=0.0):
+    """An orthographic camera above that looks down on [centre - half_width, centre + half_width]."""
+    eye = _camera(bpy.context.scene)
+    eye.data.type, eye.data.ortho_scale = "ORTHO", 2.0 * half_width
+    eye.location, eye.rotation_euler = (centre, 0.0, 5.0), (0.0, 0.0, 0.0)
+
+
+def pixel_centres():
+    """Every ray passes through the centre of its pixel."""
+    cycles = bpy.context.scene.cycles
+    cycles.pixel_filter_type, cycles.filter_width = "BOX", 0.01
+
+
+def normal_probe():
+    """A material that shows (1 + n)/2 of its shading normal n."""
+    probe = bpy.data.materials.new("Normal Probe")
+    if probe.node_tree is None:
+        probe.use_nodes = True
+    nodes, links = probe.node_tree.nodes, probe.node_tree.links
+    nodes.clear()
+    geometry, scale = nodes.new("ShaderNodeNewGeometry"), nodes.new("ShaderNodeVectorMath")
+    emission, output = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeOutputMaterial")
+    scale.operation = "MULTIPLY_ADD"
+    scale.inputs[1].default_value = scale.inputs[2].default_value = (0.5, 0.5, 0.5)
+    links.new(geometry.outputs["Normal"], scale.inputs[0])
+    links.new(scale.outputs[0], emission.inputs["Color"])
+    links.new(emission.outputs[0], output.inputs["Surface"])
+    return probe
+
+
+def tilted_plates(degrees):
+    """Plates side by side that fill the picture, each tilted away from the camera, none seeing another."""
+    plates = []
+    for column, tilt in enumerate(math.radians(angle) for angle in degrees):
+        bpy.ops.mesh.primitive_plane_add(size=1.0, location=(column, 0.0, 0.0), rotation=(-tilt, 0.0, 0.0))
+        plate = bpy.context.object
+        plate.scale = (1.01, 1.01 / math.cos(tilt), 1.0)
+        plate.visible_diffuse = plate.visible_glossy = plate.visible_shadow = False
+        plates.append(plate)
+    plan_camera(len(plates) / 2.0, (len(plates) - 1) / 2.0)
+    return plates
