@@ -162,5 +162,10 @@ def _positive(text):
     return value
 
 
+def own_arguments(argv):
+    """What follows `--` under `blender -b -P`, or everything after the script's name."""
+    return argv[argv.index("--") + 1:] if "--" in argv else argv[1:]
+
+
 if __name__ == "__main__":
-    main(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else sys.argv[1:])
+    main(own_arguments(sys.argv))

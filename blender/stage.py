@@ -215,3 +215,25 @@ def tilted_plates(degrees):
         plates.append(plate)
     plan_camera(len(plates) / 2.0, (len(plates) - 1) / 2.0)
     return plates
+
+
+def write_movie(path, frames, per_second=24):
+    """The pictures one after another as H.264 in an MPEG-4 file."""
+    scene = bpy.data.scenes.new("Movie")
+    editor = scene.sequence_editor_create()
+    strips = editor.strips if hasattr(editor, "strips") else editor.sequences  # their name before Blender 4.4
+    strip = strips.new_image("Frames", str(frames[0]), 1, 1)
+    for frame in frames[1:]:
+        strip.elements.append(frame.name)
+    strip.frame_final_duration = scene.frame_end = len(frames)
+    height, width = read(frames[0]).shape[:2]
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
+    scene.render.fps, scene.view_settings.view_transform = per_second, "Standard"
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):  # since Blender 5.0
+        settings.media_type = "VIDEO"
+    settings.file_format = "FFMPEG"
+    scene.render.ffmpeg.format, scene.render.ffmpeg.codec = "MPEG4", "H264"
+    scene.render.filepath, scene.render.use_file_extension = str(path), False
+    bpy.ops.render.render(animation=True, scene=scene.name)
+    bpy.data.scenes.remove(scene)

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import json
+import struct
+
+import bpy
+import pytest
+
+import stage
+
+NAME = "SGD_materials_shifted_gamma"
+
+
+def read(path):
+    """The JSON and the binary chunk of a .glb."""
+    data = path.read_bytes()
+    length = struct.unpack_from("<I", data, 12)[0]
+    return json.loads(data[20:20 + length]), data[28 + length:]
+
+
+def sgd_material(path):
+    """The material with the extension: (extension with its textures' bytes, material, document)."""
+    document, binary = read(path)
+    material = next(each for each in document["materials"] if NAME in each.get("extensions", {}))
+    extension = material["extensions"][NAME]
+    for texture in extension["textures"]:
+        view = document["bufferViews"][texture.pop("bufferView")]
+        start = view.get("byteOffset", 0)
+        texture["bytes"] = binary[start:start + view["byteLength"]]
+    return without_null(extension), material, document
+
+
+def without_null(value):
+    """Blender's exporter leaves out members that are null, everywhere."""
+    if isinstance(value, dict):
+        return {key: without_null(each) for key, each in value.items() if each is not None}
+    return [without_null(each) for each in value] if isinstance(value, list) else value
+
+
+@pytest.fixture
+def imported(scene, glb):
+    return stage.load_objects(glb)[0].active_material
+
+
+def test_import_builds_every_mode(imported):
+    for mode in ("LOBES", "PLAIN", "SUN", "FIT"):
+        imported.sgd_material.mode = mode
+        assert imported.sgd_material.problem == ""
+
+
+@pytest.mark.parametrize("mode", ["FIT", "LOBES", "PLAIN", "SUN"])
+def test_export_writes_the_extension_back_equal(imported, glb, tmp_path, mode):
+    imported.sgd_material.mode = mode
+    path = tmp_path / "again.glb"
+    bpy.ops.export_scene.gltf(filepath=str(path), export_extras=True)
+    before, first, _ = sgd_material(glb)
+    after, second, document = sgd_material(path)
+    assert after == before
+    assert second["extras"]["sgd"] == first["extras"]["sgd"]
+    assert NAME in document["extensionsUsed"] and NAME not in document.get("extensionsRequired", [])
+    for key, value in first["pbrMetallicRoughness"].items():
+        assert second["pbrMetallicRoughness"].get(key, 1.0) == pytest.approx(value, abs=1e-6)
+    assert imported.sgd_material.mode == mode
+    assert "sgd_material" not in second["extras"]
+
+
+def test_a_wrong_version_leaves_the_fit_and_says_so(scene, glb, tmp_path, capfd):
+    path = tmp_path / "newer.glb"
+    path.write_bytes(glb.read_bytes().replace(b'"version":1,"name"', b'"version":7,"name"'))
+    material = stage.load_objects(path)[0].active_material
+    assert not material.sgd_material.description
+    assert material.node_tree.nodes["Principled BSDF"]
+    assert "this extension reads version 1" in "".join(capfd.readouterr())

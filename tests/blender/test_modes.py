@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import bpy
+import pytest
+
+import stage
+
+
+@pytest.fixture
+def nickel(scene, manifest):
+    from sgd_materials import operators
+
+    return operators.import_manifest(manifest, "nickel", "FIT")[0]
+
+
+def shown_node(material):
+    return material.node_tree.get_output_node("ALL").inputs["Surface"].links[0].from_node
+
+
+def closures(material):
+    """Cycles closures of the linked group: two per OSL lobe, one for any other BSDF."""
+    nodes = shown_node(material).node_tree.nodes
+    return sum({"SCRIPT": 2, "BSDF_GLOSSY": 1, "BSDF_DIFFUSE": 1}.get(node.type, 0) for node in nodes)
+
+
+def test_the_mode_is_switched_without_reimport(nickel):
+    for mode, kind in (("LOBES", "GROUP"), ("PLAIN", "GROUP"), ("SUN", "GROUP"), ("FIT", "BSDF_PRINCIPLED")):
+        nickel.sgd_material.mode = mode
+        assert nickel.sgd_material.problem == ""
+        assert shown_node(nickel).type == kind
+    groups = [tree.name for tree in bpy.data.node_groups]
+    nickel.sgd_material.mode = "LOBES"
+    assert [tree.name for tree in bpy.data.node_groups] == groups, "a mode is built once"
+
+
+def test_no_more_closures_than_cycles_keeps(scene, manifest):
+    from sgd_materials import operators
+
+    for material in operators.import_manifest(manifest, "", "LOBES"):
+        assert 1 <= closures(material) <= 16
+
+
+def test_the_sun_drives_direction_and_irradiance(nickel):
+    from mathutils import Vector
+
+    sun = stage.sun((1.0, 2.0, 2.0), 3.0)
+    sun.data.color = (1.0, 0.5, 0.25)
+    nickel.sgd_material.sun = sun
+    nickel.sgd_material.mode = "SUN"
+    bpy.context.view_layer.update()
+    node = shown_node(nickel.evaluated_get(bpy.context.evaluated_depsgraph_get()))
+    assert (Vector(node.inputs["Sun Direction"].default_value) - Vector((1, 2, 2)) / 3).length < 1e-6
+    assert tuple(node.inputs["Irradiance"].default_value) == pytest.approx((3.0, 1.5, 0.75))
+
+
+def test_the_panel_says_what_is_lost(scene, manifest):
+    from sgd_materials import operators, panel
+
+    notes = {material.name: " ".join(panel.notes(scene, material))
+             for material in operators.import_manifest(manifest, "", "LOBES")}
+    assert "No visible specular" in notes["black-fabric"] or "lobes left out" in notes["black-fabric"]
+    assert "shown as 0 there" in notes["white-fabric2"]
+    assert "leaves [0, 1]" in notes["alum-bronze"]
+    assert notes["gold-paint"] == ""
+    scene.cycles.shading_system = False
+    material = bpy.data.materials["gold-paint"]
+    assert "Open Shading Language" in " ".join(panel.notes(scene, material))
+
+
+def test_the_file_keeps_material_and_mode(nickel, tmp_path):
+    nickel.sgd_material.mode = "LOBES"
+    nickel.use_fake_user = True
+    path = str(tmp_path / "kept.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    kept = bpy.data.materials["nickel"]
+    assert kept.sgd_material.mode == "LOBES"
+    kept.sgd_material.mode = "SUN"
+    assert kept.sgd_material.problem == ""

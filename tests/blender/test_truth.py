@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cycles' pictures of hard materials against the library's f64 values."""
+
+import pytest
+from conftest import HARD
+
+import truth
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_under_a_sun(library, manifest, name):
+    error = truth.sun_errors(library, manifest, name, ("LOBES", "SUN"))
+    assert error["LOBES"] <= 0.01
+    assert error["SUN"] <= truth.TOLERANCE + 0.001
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_in_a_white_furnace(library, manifest, name):
+    assert truth.furnace_error(library, manifest, name, "LOBES") <= 0.01
