@@ -54,7 +54,7 @@ class Library:
 
     def bake(self, names, folder):
         self._run("bake", *(part for name in names for part in ("--material", name)), "-o", str(folder),
-                  "--tolerance", str(TOLERANCE))
+                  "--size", "512")
         return folder / "manifest.json"
 
     def radiance(self, name, wi, wo):

@@ -38,10 +38,8 @@ impl Directions {
         let wi = [0, 1, 2].map(|axis| components(&self.wi, axis));
         let wo = [0, 1, 2].map(|axis| components(&self.wo, axis));
         let mut out = [0, 1, 2].map(|_| vec![f32::NAN; self.wi.len()]);
-        let pairs = Pairs {
-            wi: wi.each_ref().map(Vec::as_slice),
-            wo: wo.each_ref().map(Vec::as_slice),
-        };
+        let pairs =
+            Pairs { wi: wi.each_ref().map(Vec::as_slice), wo: wo.each_ref().map(Vec::as_slice) };
         let mut rgb = RgbMut(out.each_mut().map(Vec::as_mut_slice));
         batch.eval(&pairs, &mut rgb).expect("equal lengths");
         out
@@ -63,7 +61,9 @@ fn near_mirror(wo: DVec3, alpha: f64, rng: &mut Pcg64Mcg) -> Option<Vec3> {
 
 /// The largest |Δf| in units of 1e-5·|f| + 1e-6·(largest f of the same wo).
 fn error(material: &Material, kind: MaskingKind, sets: &[Directions]) -> f64 {
-    let exact = SgdBrdf { channels: material.channels.each_ref().map(|c| ChannelBrdf::with_accuracy(c, kind, 1e-9)) };
+    let exact = SgdBrdf {
+        channels: material.channels.each_ref().map(|c| ChannelBrdf::with_accuracy(c, kind, 1e-9)),
+    };
     let batch = SgdBatch::new(material, kind);
     let mut worst: f64 = 0.0;
     for directions in sets {
@@ -79,7 +79,13 @@ fn error(material: &Material, kind: MaskingKind, sets: &[Directions]) -> f64 {
             for (i, f) in f64s.iter().enumerate() {
                 let difference = (f64::from(f32s[c][i]) - f[c]).abs();
                 let ratio = difference / (1e-5 * f[c].abs() + 1e-6 * largest);
-                assert!(!ratio.is_nan(), "{} {:?} {:?}", material.name, directions.wi[i], directions.wo[i]);
+                assert!(
+                    !ratio.is_nan(),
+                    "{} {:?} {:?}",
+                    material.name,
+                    directions.wi[i],
+                    directions.wo[i]
+                );
                 worst = worst.max(ratio);
             }
         }

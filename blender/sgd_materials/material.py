@@ -49,13 +49,17 @@ def description(material):
 
 
 def create(source, mode):
-    """A new Blender material from a manifest's material."""
+    """A new Blender material from a manifest's material, or none and FormatError."""
     material = bpy.data.materials.new(source.name)
     if material.node_tree is None:
         material.use_nodes = True
-    attach(material, source)
-    _write_fit(_fit_node(material), source.gltf)
-    set_mode(material, mode)
+    try:
+        attach(material, source)
+        _write_fit(_fit_node(material), source.gltf)
+        set_mode(material, mode)
+    except FormatError:
+        bpy.data.materials.remove(material)
+        raise
     return material
 
 

@@ -33,7 +33,8 @@ def test_blender_validates_it(packer, package):
 
 
 INSTALL = """
-import addon_utils, bpy, sys
+import bpy, sys
+import addon_utils
 before = {name for name in dir(bpy.types) if "SGD" in name}
 assert bpy.ops.extensions.package_install_files(
     filepath=sys.argv[1], repo="user_default", enable_on_install=True) == {"FINISHED"}

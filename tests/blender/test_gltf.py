@@ -30,9 +30,10 @@ def sgd_material(path):
 
 
 def without_null(value):
-    """Blender's exporter leaves out members that are null, everywhere."""
+    """Blender's exporter leaves out members that are null, and objects that are empty then."""
     if isinstance(value, dict):
-        return {key: without_null(each) for key, each in value.items() if each is not None}
+        kept = {key: without_null(each) for key, each in value.items() if each is not None}
+        return {key: each for key, each in kept.items() if each != {}}
     return [without_null(each) for each in value] if isinstance(value, list) else value
 
 

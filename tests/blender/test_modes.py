@@ -42,6 +42,7 @@ def test_no_more_closures_than_cycles_keeps(scene, manifest):
 def test_the_sun_drives_direction_and_irradiance(nickel):
     from mathutils import Vector
 
+    stage.ball().data.materials.append(nickel)  # drivers run on what the scene uses
     sun = stage.sun((1.0, 2.0, 2.0), 3.0)
     sun.data.color = (1.0, 0.5, 0.25)
     nickel.sgd_material.sun = sun
