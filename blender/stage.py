@@ -80,10 +80,15 @@ def sun(direction, strength=math.pi):
     light = bpy.data.lights.new("Sun", "SUN")
     light.energy, light.angle = strength, 0.0
     thing = bpy.data.objects.new("Sun", light)
-    thing.rotation_euler = Vector(direction).to_track_quat("Z", "Y").to_euler()
     bpy.context.scene.collection.objects.link(thing)
-    bpy.context.view_layer.update()
+    point(thing, direction)
     return thing
+
+
+def point(thing, direction):
+    """Turns an object's +z, the side that a sun shines from, to a direction."""
+    thing.rotation_euler = Vector(direction).to_track_quat("Z", "Y").to_euler()
+    bpy.context.view_layer.update()
 
 
 def constant_world(radiance):

@@ -2,13 +2,15 @@
 
 use std::path::PathBuf;
 
+use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::cli::dressing;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, refuse_foreign, write_file};
 use crate::cli::selection::{self, MaskingChoice};
 use crate::encode::exr;
-use crate::encode::manifest::{Format, Location, Manifest, MaterialEntry, TextureEntry};
+use crate::encode::manifest::{Format, Location, Manifest, TextureEntry};
 use crate::lut::{self, BakeError, Depth, Extent, Quantity, Request, Table};
 use crate::material::Material;
 
@@ -111,7 +113,7 @@ fn files(
     let entry =
         |table| TextureEntry::new(table, Format::Exr, Location::File { file: file_name(table) });
     let manifest = Manifest::new(
-        baked.placed.iter().map(MaterialEntry::new).collect(),
+        materials.par_iter().zip(&baked.placed).map(|(m, p)| dressing::entry(m, p)).collect(),
         baked.tables.iter().map(entry).collect(),
         baked.left_out,
     );

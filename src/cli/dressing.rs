@@ -8,14 +8,17 @@ use serde_json::{Map, Value, json};
 
 use crate::cli::failure::Failure;
 use crate::encode::exr;
-use crate::encode::manifest::{Format, Location, MaterialEntry, TextureEntry};
+use crate::encode::manifest::{
+    Format, GltfEntry, LobesEntry, Location, MaterialEntry, TextureEntry,
+};
 use crate::fit;
 use crate::lut::{self, Baked, Placed, Request, Table};
 use crate::material::Material;
 use crate::scene::{Attachment, Clearcoat, Replacement, Specular};
 
-/// Lobes of the mixture in the extension: as many as path tracers have room for in three channels.
-const LOBES: usize = 5;
+/// Lobes of the mixture in the extension: with two closures each and a diffuse one, what fits into
+/// the 16 closures that a path tracer surely keeps.
+const LOBES: usize = 7;
 
 /// Version of the extension's body and of `extras.sgd`.
 const VERSION: u32 = 1;
@@ -38,6 +41,25 @@ pub fn replacements(
     placed.map(|(material, placed)| replacement(material, placed, &textures)).collect()
 }
 
+/// A baked material's entry in the manifest, with its fits.
+pub fn entry(material: &Material, placed: &Placed) -> MaterialEntry {
+    let best = fit::gltf::fit(material).material;
+    let lobes = fit::lobes::lobes(material, LOBES);
+    MaterialEntry {
+        gltf: Some(GltfEntry {
+            base_color: best.base_color,
+            metallic: best.metallic,
+            roughness: best.roughness,
+            specular_factor: best.specular_factor,
+            specular_color: best.specular_color,
+            clearcoat: best.clearcoat,
+            clearcoat_roughness: best.clearcoat_roughness,
+        }),
+        lobes: Some(LobesEntry { alpha: lobes.alpha, weights: lobes.weights }),
+        ..MaterialEntry::new(placed)
+    }
+}
+
 fn replacement(
     material: &Material,
     placed: &Placed,
@@ -47,7 +69,7 @@ fn replacement(
     let specular = Specular { factor: best.specular_factor, color: best.specular_color };
     let coat = best.clearcoat.zip(best.clearcoat_roughness);
     let entry = MaterialEntry::new(placed);
-    let lobes = fit::lobes::fit(material, LOBES).lobes;
+    let lobes = fit::lobes::lobes(material, LOBES);
     let extension = json!({
         "version": VERSION,
         "name": entry.name,

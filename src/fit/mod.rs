@@ -5,6 +5,7 @@ pub mod gltf;
 pub mod lobes;
 pub mod metric;
 pub mod one_lobe;
+pub mod picture;
 pub mod reason;
 pub mod target;
 pub mod valleys;
