@@ -85,7 +85,7 @@ class Library:
     def albedo(self, name, degrees):
         """The albedo for a view at that angle by quadrature, per channel."""
         wo = f"{math.sin(math.radians(degrees))},0,{math.cos(math.radians(degrees))}"
-        answer = json.loads(self._run("sample", "--material", name, "--wo", wo, "-n", "1", "--seed", "1", "--json"))
+        answer = json.loads(self._run("sample", "--material", name, "--wo", wo, "-n", "2", "--seed", "1", "--json"))
         return np.array([answer[channel]["quadrature"] for channel in "rgb"])
 
     def _run(self, *arguments):

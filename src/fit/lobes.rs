@@ -34,7 +34,7 @@ const SAMPLES: usize = 40;
 const JUDGED_SAMPLES: usize = 400;
 
 /// Relative decrease of the sum of squares at which the search ends.
-const TOLERANCE: f64 = 1e-3;
+const TOLERANCE: f64 = 1e-5;
 
 /// The weight of the condition Σ_j w_j = 1 next to one sample's relative error.
 const SUM_WEIGHT: f64 = 1e2;
@@ -43,7 +43,7 @@ const SUM_WEIGHT: f64 = 1e2;
 ///
 /// Least squares of D_fit − D, weighted as in a picture ([`picture::goals`]), over angles spaced by
 /// the lobe's own logarithm, in all log widths and non-negative weights at once. Widths start
-/// spaced evenly in ln α over the range whose weights alone do best. `count` is taken into
+/// spaced evenly in ln α over the ranges whose weights alone do best. `count` is taken into
 /// [1, [`MOST_LOBES`]].
 #[must_use]
 pub fn lobes(material: &Material, count: usize) -> Lobes {
@@ -126,12 +126,17 @@ impl Problem {
         })
     }
 
+    /// From the starts whose weights alone do best, the best end.
     fn solve(&self) -> Lobes {
         const FROM: [f64; 9] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
-        let weighed = FROM.map(|from| self.weigh(&self.even_widths(from)));
-        let best = weighed.into_iter().min_by(|a, b| a.squares.total_cmp(&b.squares));
-        let start = best.expect("there are several starts").x;
-        self.lobes(&minimise(|x| self.equations(x), &start, &self.bounds(), TOLERANCE).x)
+        const DESCENTS: usize = 3;
+        let mut weighed = FROM.map(|from| self.weigh(&self.even_widths(from)));
+        weighed.sort_by(|a, b| a.squares.total_cmp(&b.squares));
+        let ends = weighed[..DESCENTS]
+            .iter()
+            .map(|start| minimise(|x| self.equations(x), &start.x, &self.bounds(), TOLERANCE));
+        let best = ends.min_by(|a, b| a.squares.total_cmp(&b.squares));
+        self.lobes(&best.expect("there are several descents").x)
     }
 
     /// The weights alone, for the widths of `start`.
