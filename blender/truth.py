@@ -44,7 +44,7 @@ WIDER = 8.0
 HORIZON = math.sin(math.radians(2.0))
 FURNACE_DEGREES = (0.0, 20.0, 40.0, 60.0, 75.0)
 FURNACE_PIXELS = 32
-TOLERANCE = 1e-3
+TEXELS = 512
 BATCH = 10
 
 
@@ -59,7 +59,7 @@ class Library:
 
     def bake(self, names, folder):
         self._run("bake", *(part for name in names for part in ("--material", name)), "-o", str(folder),
-                  "--size", "512")
+                  "--size", str(TEXELS))
         return folder / "manifest.json"
 
     def radiance(self, name, wi, wo):
@@ -192,7 +192,7 @@ def sun_errors(library, manifest, name, modes):
     return worst
 
 
-def furnace_error(library, manifest, name, mode, samples=256):
+def furnace_error(library, manifest, name, mode, samples=64):
     """Relative RMS error of the albedo over the angles and channels."""
     stage.clear()
     from sgd_materials import operators

@@ -83,11 +83,11 @@ mod tests {
     }
 
     #[test]
-    fn seven_lobes_look_like_the_material() {
+    fn seven_lobes_look_like_the_material_within_two_percent() {
         for entry in catalog().iter().step_by(4) {
             let channels = &entry.material.channels;
             let error = picture_error(channels, &lobes::lobes(&entry.material, 7));
-            assert!(error <= 0.01, "{}: {error}", entry.material.name);
+            assert!(error <= 0.02, "{}: {error}", entry.material.name);
         }
     }
 }
