@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use crate::brdf::LobesBrdf;
-pub use crate::brdf::lobes::Lobes;
+use crate::brdf::lobes::Lobes;
 use crate::fit::picture;
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Residuals, Target};

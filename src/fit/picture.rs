@@ -65,11 +65,12 @@ fn specular(c: &ChannelParams) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::lobes::Lobes;
     use crate::fit::lobes;
     use crate::material::catalog;
 
     /// √(∫ (rho_s F̄ (D_fit − D))² dA / ∫ B² dA) of a picture in which the peak is resolved.
-    fn picture_error(channels: &[ChannelParams; 3], fitted: &lobes::Lobes) -> f64 {
+    fn picture_error(channels: &[ChannelParams; 3], fitted: &Lobes) -> f64 {
         let tan2_theta: Vec<f64> = (0..400).map(|i| 1e-9 * 1.055_f64.powi(i)).collect();
         let mut squares = [0.0, 0.0];
         for x in &tan2_theta {
