@@ -292,6 +292,25 @@ fn images_of_a_gltf_move_into_a_glb_with_equal_bytes() {
 }
 
 #[test]
+fn a_first_buffer_with_an_address_of_its_own_is_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, target] = ["in.glb", "out.glb"].map(|name| folder.path().join(name));
+    let uri = "data:application/octet-stream;base64,AAAA";
+    let before = json!({
+        "asset": {"version": "2.0"}, "materials": [{}], "buffers": [{"uri": uri, "byteLength": 3}],
+    });
+    fs::write(&path, glb(&before.to_string(), &ODD_BIN)).unwrap();
+    export(&Scene::open(&path).unwrap(), &[(SlotId::Material(0), &replacement())], &target);
+    let (after, bin) = document(&target);
+    assert_eq!((&after["buffers"][0], bin), (&before["buffers"][0], ODD_BIN.to_vec()));
+    assert_eq!(
+        after["bufferViews"][0].to_string(),
+        r#"{"buffer":1,"byteOffset":0,"byteLength":19}"#
+    );
+    assert_eq!(after["buffers"][1]["byteLength"], 19);
+}
+
+#[test]
 fn a_ball_is_a_scene() {
     let folder = tempfile::tempdir().unwrap();
     let scene = Scene::ball(16).unwrap();

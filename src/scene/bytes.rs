@@ -5,7 +5,7 @@ use std::{
     io::{self, Read, Seek, SeekFrom, Write},
     ops::Range,
     path::Path,
-    sync::{Arc, Mutex, PoisonError},
+    sync::Arc,
 };
 
 /// A run of bytes that is copied but never looked into. A span of a file is copied by the
@@ -14,10 +14,10 @@ use std::{
 pub enum Bytes {
     /// Bytes in memory.
     Memory(Arc<[u8]>),
-    /// `length` bytes from `offset` of an open file.
+    /// `length` bytes from `offset` of a file.
     Span {
-        /// The open file, so that a file renamed over it does no harm.
-        file: Arc<Mutex<File>>,
+        /// The file, opened when it is copied: a scene may name more than may be open at once.
+        path: Arc<Path>,
         /// Where the bytes start.
         offset: u64,
         /// How many there are.
@@ -28,9 +28,8 @@ pub enum Bytes {
 impl Bytes {
     /// The whole file at `path`.
     pub fn file(path: &Path) -> io::Result<Self> {
-        let file = File::open(path)?;
-        let length = file.metadata()?.len();
-        Ok(Bytes::Span { file: Arc::new(Mutex::new(file)), offset: 0, length })
+        let length = path.metadata()?.len();
+        Ok(Bytes::Span { path: path.into(), offset: 0, length })
     }
 
     /// How many bytes there are.
@@ -53,8 +52,8 @@ impl Bytes {
             Bytes::Memory(bytes) => {
                 Bytes::Memory(bytes[range.start as usize..range.end as usize].into())
             }
-            Bytes::Span { file, offset, .. } => {
-                Bytes::Span { file, offset: offset + range.start, length: range.end - range.start }
+            Bytes::Span { path, offset, .. } => {
+                Bytes::Span { path, offset: offset + range.start, length: range.end - range.start }
             }
         }
     }
@@ -63,20 +62,13 @@ impl Bytes {
     pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
         match self {
             Bytes::Memory(bytes) => out.write_all(bytes),
-            Bytes::Span { file, offset, length } => {
-                let file = file.lock().unwrap_or_else(PoisonError::into_inner);
-                (&*file).seek(SeekFrom::Start(*offset))?;
-                let copied = io::copy(&mut (&*file).take(*length), out)?;
+            Bytes::Span { path, offset, length } => {
+                let mut file = File::open(path)?;
+                file.seek(SeekFrom::Start(*offset))?;
+                let copied = io::copy(&mut file.take(*length), out)?;
                 if copied == *length { Ok(()) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
             }
         }
-    }
-
-    /// The bytes, read into memory.
-    pub fn read(&self) -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        self.write_to(&mut bytes)?;
-        Ok(bytes)
     }
 }
 

@@ -1,20 +1,36 @@
 //! A document while it is changed: the root's members as text, and bytes to be added.
 
-use base64::{Engine, prelude::BASE64_STANDARD};
-use serde_json::{Value, json};
+use std::collections::{BTreeMap, btree_map::Entry};
 
-use super::{Bytes, SceneError, glb, text::Pieces};
+use base64::{Engine, prelude::BASE64_STANDARD};
+use serde_json::json;
+
+use super::{
+    Bytes, SceneError, glb,
+    text::{Pieces, quote},
+};
 
 /// The text of a document under change, and the content of its .glb buffer.
 #[derive(Debug)]
 pub(super) struct Draft<'s> {
     root: Pieces<'s>,
     margins: [&'s str; 2],
-    /// Content of the BIN chunk; what is embedded follows it.
+    /// The root arrays that were asked for; each is cut once, however often it is changed.
+    arrays: BTreeMap<&'static str, Pieces<'s>>,
+    /// Content of the BIN chunk, where there is one.
     pub bin: Option<Vec<Bytes>>,
-    views: Vec<Value>,
-    /// Set when the first buffer is not the BIN chunk: embedded bytes go to a new data URI.
-    inline: Option<Vec<Bytes>>,
+    embedded: Option<Embedded>,
+}
+
+/// Bytes that are added to a buffer.
+#[derive(Debug)]
+struct Embedded {
+    /// The buffer they go to.
+    buffer: usize,
+    /// The added bytes and their padding.
+    pieces: Vec<Bytes>,
+    /// Length of the buffer with them.
+    length: u64,
 }
 
 impl<'s> Draft<'s> {
@@ -24,117 +40,110 @@ impl<'s> Draft<'s> {
         Ok(Draft {
             root: Pieces::object(text)?,
             margins: [before, after],
+            arrays: BTreeMap::new(),
             bin: bin.cloned(),
-            views: Vec::new(),
-            inline: None,
+            embedded: None,
         })
     }
 
-    /// Changes the elements of a root array; a missing one counts as empty.
-    pub fn edit<R>(
-        &mut self,
-        key: &str,
-        change: impl FnOnce(&mut Pieces<'_>) -> Result<R, SceneError>,
-    ) -> Result<R, SceneError> {
-        let raw = self.root.get(key).unwrap_or("[]").to_owned();
-        let mut array = Pieces::array(&raw)?;
-        let result = change(&mut array)?;
-        let text = array.to_text();
-        if text != raw {
-            self.root.set(key, text);
-        }
-        Ok(result)
+    /// A root array; a missing one is empty.
+    pub fn array(&mut self, key: &'static str) -> serde_json::Result<&mut Pieces<'s>> {
+        Ok(match self.arrays.entry(key) {
+            Entry::Occupied(array) => array.into_mut(),
+            Entry::Vacant(place) => {
+                place.insert(Pieces::array(self.root.original(key).unwrap_or("[]"))?)
+            }
+        })
     }
 
-    /// Changes one object of a root array.
-    pub fn edit_item(
+    /// Changes one element of a root array.
+    pub fn edit(
         &mut self,
-        key: &str,
+        key: &'static str,
         index: usize,
         change: impl FnOnce(&str) -> serde_json::Result<String>,
     ) -> Result<(), SceneError> {
-        self.edit(key, |array| {
-            let raw = array.values().nth(index).map(str::to_owned);
-            let raw = raw.ok_or_else(|| absent(key, index))?;
-            array.replace(index, change(&raw)?);
-            Ok(())
-        })
+        let array = self.array(key)?;
+        let raw = array.item(index).ok_or_else(|| absent(key, index))?;
+        let text = change(raw)?;
+        array.replace(index, text);
+        Ok(())
     }
 
     /// Adds an element to a root array and says its index.
-    pub fn append(&mut self, key: &str, item: String) -> Result<usize, SceneError> {
-        self.edit(key, |array| {
-            array.push(item);
-            Ok(array.len() - 1)
-        })
+    pub fn append(&mut self, key: &'static str, item: String) -> serde_json::Result<usize> {
+        let array = self.array(key)?;
+        array.push(item);
+        Ok(array.len() - 1)
     }
 
     /// Names extensions in `extensionsUsed`, each once.
-    pub fn declare(&mut self, extensions: &[&str]) -> Result<(), SceneError> {
-        self.edit("extensionsUsed", |used| {
-            for name in extensions {
-                let quoted = super::text::quote(name);
-                if !used.values().any(|value| value == quoted) {
-                    used.push(quoted);
-                }
+    pub fn declare(&mut self, extensions: &[&str]) -> serde_json::Result<()> {
+        let used = self.array("extensionsUsed")?;
+        for name in extensions {
+            let quoted = quote(name);
+            if !used.values().any(|value| value == quoted) {
+                used.push(quoted);
             }
-            Ok(())
-        })
+        }
+        Ok(())
     }
 
     /// Puts `bytes` behind the BIN chunk and says the index of the buffer view made for them.
     /// Where the first buffer is a file of its own, a new buffer with a data URI takes them.
-    pub fn embed(&mut self, bytes: Bytes) -> Result<usize, SceneError> {
-        let (views, buffers) = (self.count("bufferViews")?, self.count("buffers")?);
-        if self.bin.is_none() && buffers > 0 {
-            self.inline.get_or_insert_default();
-        }
-        let buffer = if self.inline.is_some() { buffers } else { 0 };
-        let store = match &mut self.inline {
-            Some(inline) => inline,
-            None => self.bin.get_or_insert_default(),
+    pub fn embed(&mut self, bytes: Bytes) -> serde_json::Result<usize> {
+        let has_bin = self.bin.is_some();
+        let buffers = self.array("buffers")?;
+        let own_file = match buffers.item(0) {
+            Some(first) => !has_bin || Pieces::object(first)?.get("uri").is_some(),
+            None => false,
         };
-        let end: u64 = store.iter().map(Bytes::len).sum();
-        let padding = vec![0; glb::padding(end)];
-        let offset = end + padding.len() as u64;
-        self.views.push(json!({"buffer": buffer, "byteOffset": offset, "byteLength": bytes.len()}));
-        store.extend([padding.into(), bytes]);
-        Ok(views + self.views.len() - 1)
-    }
-
-    fn count(&self, key: &str) -> Result<usize, SceneError> {
-        Ok(Pieces::array(self.root.get(key).unwrap_or("[]"))?.len())
+        let buffer = if own_file { buffers.len() } else { 0 };
+        let bin = self.bin.iter().flatten().filter(|_| !own_file);
+        let length = bin.map(Bytes::len).sum();
+        let embedded = self.embedded.get_or_insert(Embedded { buffer, pieces: Vec::new(), length });
+        let padding = vec![0; glb::padding(embedded.length)];
+        let offset = embedded.length + padding.len() as u64;
+        embedded.length = offset + bytes.len();
+        let view =
+            json!({"buffer": embedded.buffer, "byteOffset": offset, "byteLength": bytes.len()});
+        embedded.pieces.extend([padding.into(), bytes]);
+        self.append("bufferViews", view.to_string())
     }
 
     /// The finished text and the content of the BIN chunk.
     pub fn finish(mut self) -> Result<(String, Option<Vec<Bytes>>), SceneError> {
-        if !self.views.is_empty() {
-            let views = std::mem::take(&mut self.views);
-            self.edit("bufferViews", |array| {
-                views.iter().for_each(|view| array.push(view.to_string()));
-                Ok(())
-            })?;
-            self.resize_buffer()?;
+        if let Some(embedded) = self.embedded.take() {
+            self.store(embedded)?;
+        }
+        for (key, array) in self.arrays {
+            let text = array.to_text();
+            if text != self.root.original(key).unwrap_or("[]") {
+                self.root.set(key, text);
+            }
         }
         let [before, after] = self.margins;
         Ok((format!("{before}{}{after}", self.root.to_text()), self.bin))
     }
 
-    fn resize_buffer(&mut self) -> Result<(), SceneError> {
-        let store = self.inline.as_ref().or(self.bin.as_ref());
-        let length: u64 = store.into_iter().flatten().map(Bytes::len).sum();
-        if let Some(inline) = &self.inline {
-            let uri = data_uri(inline)?;
-            self.append("buffers", json!({"byteLength": length, "uri": uri}).to_string())?;
-        } else if self.count("buffers")? == 0 {
-            self.append("buffers", json!({"byteLength": length}).to_string())?;
-        } else {
-            self.edit_item("buffers", 0, |raw| {
+    /// Adds the embedded bytes to the buffer they were meant for.
+    fn store(&mut self, embedded: Embedded) -> Result<(), SceneError> {
+        let Embedded { buffer, pieces, length } = embedded;
+        let buffers = self.array("buffers")?.len();
+        if buffer < buffers {
+            self.edit("buffers", buffer, |raw| {
                 let mut buffer = Pieces::object(raw)?;
                 buffer.set("byteLength", length.to_string());
                 Ok(buffer.to_text())
             })?;
+        } else if buffer > 0 {
+            let uri = data_uri(&pieces)?;
+            self.append("buffers", json!({"byteLength": length, "uri": uri}).to_string())?;
+            return Ok(());
+        } else {
+            self.append("buffers", json!({"byteLength": length}).to_string())?;
         }
+        self.bin.get_or_insert_default().extend(pieces);
         Ok(())
     }
 }

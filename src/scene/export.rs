@@ -211,11 +211,11 @@ impl Job<'_> {
 
     fn edit_member(
         &mut self,
-        key: &str,
+        key: &'static str,
         index: usize,
         members: &[(&str, Option<String>)],
     ) -> Result<(), SceneError> {
-        self.draft.edit_item(key, index, |raw| {
+        self.draft.edit(key, index, |raw| {
             let mut object = Pieces::object(raw)?;
             for (name, value) in members {
                 match value {
@@ -234,7 +234,7 @@ impl Job<'_> {
             match slot {
                 SlotId::Material(index) => {
                     let warnings = &mut self.warnings;
-                    self.draft.edit_item("materials", *index, |raw| {
+                    self.draft.edit("materials", *index, |raw| {
                         let losses = material::losses(raw)?.into_iter();
                         warnings.extend(losses.map(|loss| format!("material {index}: {loss}")));
                         material::replace(raw, replacement, textures)
@@ -265,12 +265,11 @@ impl Job<'_> {
             if bare.is_empty() {
                 continue;
             }
-            self.draft.edit_item("meshes", at, |raw| {
+            self.draft.edit("meshes", at, |raw| {
                 let mut mesh = Pieces::object(raw)?;
-                let raw = mesh.get("primitives").unwrap_or("[]").to_owned();
-                let mut primitives = Pieces::array(&raw)?;
+                let mut primitives = Pieces::array(mesh.original("primitives").unwrap_or("[]"))?;
                 for i in bare {
-                    let raw = primitives.values().nth(i).unwrap_or("{}").to_owned();
+                    let raw = primitives.item(i).unwrap_or("{}").to_owned();
                     let mut primitive = Pieces::object(&raw)?;
                     primitive.set("material", index.to_string());
                     primitives.replace(i, primitive.to_text());

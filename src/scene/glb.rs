@@ -2,9 +2,9 @@
 
 use std::{
     fs::File,
-    io::{self, Read, Seek, SeekFrom},
+    io::{self, BufReader, Read, Seek, SeekFrom},
     path::Path,
-    sync::{Arc, Mutex},
+    sync::Arc,
 };
 
 use super::{Bytes, SceneError};
@@ -33,8 +33,9 @@ impl Glb {
     /// Reads the headers and the JSON chunk; the rest stays in the file. Nothing is allocated
     /// before it is known to lie within the file.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
-        let mut file = File::open(path)?;
+        let file = File::open(path)?;
         let size = file.metadata()?.len();
+        let mut file = BufReader::new(file);
         let [magic, version, length] = words(&mut file)?;
         if magic != MAGIC {
             return Err(SceneError::Glb("the file does not start with glTF".into()));
@@ -60,8 +61,8 @@ impl Glb {
         file.seek(SeekFrom::Start(json.0))?;
         let mut text = Vec::new();
         Read::by_ref(&mut file).take(json.1).read_to_end(&mut text)?;
-        let file = Arc::new(Mutex::new(file));
-        let span = |(offset, length)| Bytes::Span { file: file.clone(), offset, length };
+        let path: Arc<Path> = path.into();
+        let span = |(offset, length)| Bytes::Span { path: path.clone(), offset, length };
         Ok(Glb {
             json: String::from_utf8(text).map_err(|_| SceneError::Utf8)?,
             bin: bin.map(span),
@@ -76,14 +77,13 @@ struct Chunk {
     length: u64,
 }
 
-fn chunks(file: &mut File, size: u64) -> Result<Vec<Chunk>, SceneError> {
+fn chunks(file: &mut BufReader<File>, size: u64) -> Result<Vec<Chunk>, SceneError> {
     let mut chunks = Vec::new();
     let mut at = HEADER;
     while at < size {
         if size - at < CHUNK_HEADER {
             return Err(SceneError::Glb(format!("{} stray bytes at the end", size - at)));
         }
-        file.seek(SeekFrom::Start(at))?;
         let [length, kind] = words(file)?;
         let (offset, length) = (at + CHUNK_HEADER, u64::from(length));
         if length > size - offset {
@@ -94,11 +94,12 @@ fn chunks(file: &mut File, size: u64) -> Result<Vec<Chunk>, SceneError> {
         }
         chunks.push(Chunk { kind, offset, length });
         at = offset + length;
+        file.seek_relative(length as i64)?;
     }
     Ok(chunks)
 }
 
-fn words<const N: usize>(file: &mut File) -> Result<[u32; N], SceneError> {
+fn words<const N: usize>(file: &mut BufReader<File>) -> Result<[u32; N], SceneError> {
     let mut words = [0; N];
     for word in &mut words {
         let mut bytes = [0; 4];

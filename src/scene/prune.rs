@@ -35,7 +35,7 @@ impl Scene {
         }
         let mut draft = Draft::new(&self.text, None)?;
         for index in &images {
-            draft.edit_item("images", *index, placeholder)?;
+            draft.edit("images", *index, placeholder)?;
         }
         let holes = self.holes(&images)?;
         let (mut bin, mut removed) = (self.bin.clone(), 0);
@@ -45,9 +45,9 @@ impl Scene {
             removed = all - pieces.iter().map(Bytes::len).sum::<u64>();
         }
         if removed > 0 {
-            draft.edit("bufferViews", |views| move_views(views, &self.outline, &holes))?;
+            move_views(draft.array("bufferViews")?, &self.outline, &holes)?;
             let length = self.outline.buffers[0].byte_length.0 - removed;
-            draft.edit_item("buffers", 0, |raw| {
+            draft.edit("buffers", 0, |raw| {
                 let mut buffer = Pieces::object(raw)?;
                 buffer.set("byteLength", length.to_string());
                 Ok(buffer.to_text())
@@ -207,13 +207,13 @@ fn move_views(
     views: &mut Pieces<'_>,
     outline: &Outline,
     holes: &[Range<u64>],
-) -> Result<(), SceneError> {
+) -> serde_json::Result<()> {
     let moved = |offset: u64| {
         let before = holes.iter().map(|hole| hole.end.min(offset).saturating_sub(hole.start));
         offset - before.sum::<u64>()
     };
     for (index, view) in outline.buffer_views.iter().enumerate() {
-        let raw = views.values().nth(index).unwrap_or("{}").to_owned();
+        let raw = views.item(index).unwrap_or("{}").to_owned();
         let mut object = Pieces::object(&raw)?;
         let range = view.byte_offset.0..view.byte_offset.0 + view.byte_length.0;
         if view.buffer.0 == 0 && moved(range.start) != range.start {

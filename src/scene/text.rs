@@ -59,6 +59,20 @@ impl<'t> Pieces<'t> {
         self.items.iter().rev().find(|item| item.key == key).map(|item| &*item.value)
     }
 
+    /// The text of a member as long as it stands as it was read.
+    pub fn original(&self, key: &str) -> Option<&'t str> {
+        let item = self.items.iter().rev().find(|item| item.key == key)?;
+        match item.value {
+            Cow::Borrowed(text) => Some(text),
+            Cow::Owned(_) => None,
+        }
+    }
+
+    /// The text of the item at `index`.
+    pub fn item(&self, index: usize) -> Option<&str> {
+        self.items.get(index).map(|item| &*item.value)
+    }
+
     /// The texts of all items in order.
     pub fn values(&self) -> impl Iterator<Item = &str> {
         self.items.iter().map(|item| &*item.value)
