@@ -32,8 +32,9 @@ impl FresnelMoments {
     /// The moments at cosθo in (0, 1], to about six digits; 0 at and below the horizon.
     #[must_use]
     pub fn new(ndf: &SgdNdf, masking: &Masking, cos_theta_o: f64) -> Self {
-        static RULES: std::sync::LazyLock<[Vec<Node>; 2]> =
-            std::sync::LazyLock::new(|| [gauss_legendre(RADIAL_NODES), gauss_legendre(AZIMUTH_NODES)]);
+        static RULES: std::sync::LazyLock<[Vec<Node>; 2]> = std::sync::LazyLock::new(|| {
+            [gauss_legendre(RADIAL_NODES), gauss_legendre(AZIMUTH_NODES)]
+        });
         let [radial, azimuth] = &*RULES;
         Self::with_rules(ndf, masking, cos_theta_o, radial, azimuth)
     }
@@ -179,7 +180,13 @@ mod tests {
             let channel = ChannelBrdf::with_accuracy(params, MaskingKind::Exact, 1e-6);
             for cos in [1.0, 0.7, 0.17, 0.0175, 1e-4] {
                 let usual = FresnelMoments::new(&channel.ndf, &channel.masking, cos);
-                let fine = FresnelMoments::with_rules(&channel.ndf, &channel.masking, cos, &radial, &azimuth);
+                let fine = FresnelMoments::with_rules(
+                    &channel.ndf,
+                    &channel.masking,
+                    cos,
+                    &radial,
+                    &azimuth,
+                );
                 let error = (usual.one / fine.one - 1.0).abs();
                 worst = worst.max(error);
                 assert!(fine.one <= 1.0 + 1e-9, "one scattering returns at most everything");

@@ -100,7 +100,8 @@ impl Sampler {
         /// Keeps a lobe alive where its Fresnel curve crosses zero at θd = θo.
         const LEAST_FRESNEL: f64 = 0.05;
         let [r, g, b] = self.brdf.channels.each_ref().map(|channel| {
-            4.0 * FRAC_1_PI * channel.rho_s
+            4.0 * FRAC_1_PI
+                * channel.rho_s
                 * (channel.fresnel.eval(cos_theta(wo)).abs() + LEAST_FRESNEL)
         });
         let diffuse = self.brdf.channels.iter().map(|channel| channel.rho_d).sum();
@@ -137,7 +138,10 @@ impl Reflectance for Sampler {
         let [r, g, b, diffuse] = self.shares(wo);
         let tan2_h = tan2_theta(half_sum(wi, wo));
         let lobes = self.lobes.iter().zip([r, g, b]);
-        lobes.filter(|(_, share)| *share > 0.0).map(|(lobe, q)| q * lobe.pdf(tan2_h, wo)).sum::<f64>()
+        lobes
+            .filter(|(_, share)| *share > 0.0)
+            .map(|(lobe, q)| q * lobe.pdf(tan2_h, wo))
+            .sum::<f64>()
             + diffuse * cos_theta(wi) * FRAC_1_PI
     }
 }
@@ -281,7 +285,11 @@ pub struct PublishedSample {
 /// the reflected direction has 4 ⟨wo, h⟩. The corrected weight is the printed one times
 /// ⟨wo, h⟩/cosθo. The width α, where √α would fit the lobe, makes both very noisy.
 #[must_use]
-pub fn published_sample(channel: &ChannelBrdf, wo: DVec3, [choice, u, v]: [f64; 3]) -> PublishedSample {
+pub fn published_sample(
+    channel: &ChannelBrdf,
+    wo: DVec3,
+    [choice, u, v]: [f64; 3],
+) -> PublishedSample {
     let specular_share = channel.rho_s / (channel.rho_d + channel.rho_s);
     if choice >= specular_share || !above_horizon(wo) {
         let diffuse = if above_horizon(wo) { channel.rho_d / (1.0 - specular_share) } else { 0.0 };
@@ -333,7 +341,10 @@ mod tests {
             };
             let tuned = tuned_ggx_width(params);
             let best = second_moment(tuned);
-            assert!(best < second_moment(tuned * 1.05) && best < second_moment(tuned / 1.05), "{name}");
+            assert!(
+                best < second_moment(tuned * 1.05) && best < second_moment(tuned / 1.05),
+                "{name}"
+            );
         }
     }
 }

@@ -86,13 +86,24 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let wo = arguments.wo.0;
     let brdf = SgdBrdf::new(&material, arguments.masking.into());
     let quadrature = directional_albedo(&brdf, wo.z);
-    let sums = estimator(arguments, &material, &brdf, |draw| sums(draw, arguments.n, arguments.seed));
+    let sums =
+        estimator(arguments, &material, &brdf, |draw| sums(draw, arguments.n, arguments.seed));
     let [r, g, b] = std::array::from_fn(|c| sums[c].estimate(arguments.n, quadrature[c]));
     if arguments.json {
         let Arguments { n, strategy, seed, .. } = *arguments;
         let material = material.name;
         let schema = "sgdbake/sample/1";
-        return output.json(&Report { schema, material, wo: wo.into(), n, strategy, seed, r, g, b });
+        return output.json(&Report {
+            schema,
+            material,
+            wo: wo.into(),
+            n,
+            strategy,
+            seed,
+            r,
+            g,
+            b,
+        });
     }
     output.line("channel         mean  standard_error   quadrature")?;
     for (channel, e) in Channel::ALL.into_iter().zip([r, g, b]) {

@@ -103,10 +103,9 @@ impl FittedMasking {
     pub fn of(params: &ChannelParams) -> Self {
         /// Far below what three parameters can follow.
         const FIT_SOURCE_ACCURACY: f64 = 1e-6;
-        params.masking.map_or_else(
-            || Self::fit(&SmithMasking::of(params, FIT_SOURCE_ACCURACY)),
-            Self::new,
-        )
+        params
+            .masking
+            .map_or_else(|| Self::fit(&SmithMasking::of(params, FIT_SOURCE_ACCURACY)), Self::new)
     }
 
     /// π/2 − θ0, the elevation below which masking sets in \[rad\].

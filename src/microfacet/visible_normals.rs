@@ -44,9 +44,7 @@ pub fn ggx(wo: DVec3, alpha: f64, [u, v]: [f64; 2]) -> DVec3 {
 /// Newton's method on F(s) = ½ erfc(−s) + t e^{−s²}/(2√π), kept inside a shrinking bracket.
 fn visible_slope(tan_theta: f64, u: f64) -> f64 {
     const FARTHEST: f64 = 6.5;
-    let cumulative = |s: f64| {
-        0.5 * libm::erfc(-s) + 0.5 * tan_theta * (-s * s).exp() / PI.sqrt()
-    };
+    let cumulative = |s: f64| 0.5 * libm::erfc(-s) + 0.5 * tan_theta * (-s * s).exp() / PI.sqrt();
     let density = |s: f64| (1.0 - tan_theta * s) * (-s * s).exp() / PI.sqrt();
     let (mut low, mut high) = (-FARTHEST, (1.0 / tan_theta).min(FARTHEST));
     let target = u * cumulative(high);
@@ -76,9 +74,8 @@ mod tests {
     fn slopes_invert_their_distribution_function() {
         for tan_theta in [0.0, 1e-3, 0.5, 1.0, 30.0, 1e12] {
             let end = (1.0_f64 / tan_theta).min(6.5);
-            let cumulative = |s: f64| {
-                0.5 * libm::erfc(-s) + 0.5 * tan_theta * (-s * s).exp() / PI.sqrt()
-            };
+            let cumulative =
+                |s: f64| 0.5 * libm::erfc(-s) + 0.5 * tan_theta * (-s * s).exp() / PI.sqrt();
             for u in [0.0, 1e-12, 1e-3, 0.3, 0.5, 0.9, 1.0 - 1e-9] {
                 let s = visible_slope(tan_theta, u);
                 let share = cumulative(s) / cumulative(end);

@@ -60,7 +60,9 @@ fn polynomial<A: Arithmetic, const N: usize>(x: f32, coefficients: [f32; N]) -> 
 /// 2ⁿ for the integer n = `rounded` − [`ROUNDER`], −126 ≤ n ≤ 127.
 #[inline(always)]
 fn power_of_two(rounded: f32) -> f32 {
-    f32::from_bits(rounded.to_bits().wrapping_sub(ROUNDER.to_bits()).wrapping_add(127) << MANTISSA_BITS)
+    f32::from_bits(
+        rounded.to_bits().wrapping_sub(ROUNDER.to_bits()).wrapping_add(127) << MANTISSA_BITS,
+    )
 }
 
 /// 2^x for x ≤ 127, 0 for x < −125: below, products with it would be denormal and slow. 2e-7.
@@ -87,10 +89,8 @@ pub fn exp_m1<A: Arithmetic>(x: f32) -> f32 {
     let rounded = A::mul_add(x, std::f32::consts::LOG2_E, ROUNDER);
     let n = rounded - ROUNDER;
     let r = A::mul_add(n, -LN_2_LOW, A::mul_add(n, -LN_2_HIGH, x));
-    let q = polynomial::<A, 5>(
-        r,
-        [0.5, 0.166_665_77, 0.041_666_555, 0.008_363_173, 0.001_392_617_6],
-    );
+    let q =
+        polynomial::<A, 5>(r, [0.5, 0.166_665_77, 0.041_666_555, 0.008_363_173, 0.001_392_617_6]);
     let scale = power_of_two(rounded);
     A::mul_add(scale, A::mul_add(r * r, q, r), scale - 1.0)
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix4, Vector4};
 
-use crate::brdf::batch::arithmetic::{Arithmetic, atan2, exp_m1, ln_1p, min};
+use crate::brdf::batch::arithmetic::{Arithmetic, atan2, exp_m1, ln_1p, max, min};
 use crate::microfacet::{FittedMasking, SmithMasking};
 
 /// G1 of one channel, as a function of a coordinate that the three channels share.
@@ -133,8 +133,8 @@ impl TabulatedG1 {
         let shift = 23 - self.fineness;
         let first = (127 - (PIECES as u32 >> self.fineness)) << 23;
         // Signed, so that everything below the first piece stays there.
-        let offset = min(t, LARGEST).to_bits().cast_signed() - first.cast_signed();
-        let offset = offset.max(0).cast_unsigned();
+        let clamped = max(min(t, LARGEST), 0.0);
+        let offset = (clamped.to_bits().cast_signed() - first.cast_signed()).max(0).cast_unsigned();
         let [c0, c1, c2, c3] = self.pieces[((offset >> shift) as usize).min(PIECES - 1)];
         let within = (offset & ((1 << shift) - 1)).cast_signed() as f32;
         let v = within * f32::from_bits((127 - shift) << 23);
@@ -160,8 +160,12 @@ fn ratio(exact: &SmithMasking, t: f64) -> f64 {
 }
 
 /// Chebyshev nodes of [0, 1].
-const NODES: [f64; 4] =
-    [0.038_060_233_744_356_62, 0.308_658_283_817_455_1, 0.691_341_716_182_544_9, 0.961_939_766_255_643_4];
+const NODES: [f64; 4] = [
+    0.038_060_233_744_356_62,
+    0.308_658_283_817_455_1,
+    0.691_341_716_182_544_9,
+    0.961_939_766_255_643_4,
+];
 
 /// From values at [`NODES`] to the coefficients of the cubic through them.
 fn interpolation_matrix() -> Matrix4<f64> {
@@ -186,7 +190,9 @@ mod tests {
 
     #[test]
     fn tables_keep_their_accuracy_from_the_sharpest_to_the_roughest() {
-        for (alpha, p) in [(1.6e-5, 0.9), (0.015, 0.46), (0.85, 0.3), (0.05, 1.78), (1e-8, 4.0), (50.0, 0.1)] {
+        for (alpha, p) in
+            [(1.6e-5, 0.9), (0.015, 0.46), (0.85, 0.3), (0.05, 1.78), (1e-8, 4.0), (50.0, 0.1)]
+        {
             let exact = SmithMasking::new(&BeckmannMixture::new(alpha, p, 1e-9));
             let table = TabulatedG1::new(&exact);
             let error = table.error(&exact);

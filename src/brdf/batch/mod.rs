@@ -38,7 +38,9 @@ pub struct RgbMut<'a>(pub [&'a mut [f32]; 3]);
 
 /// Slices of one batch that differ in length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a slice of {found} stands beside one of {expected}: all slices of a batch have one length")]
+#[error(
+    "a slice of {found} stands beside one of {expected}: all slices of a batch have one length"
+)]
 pub struct LengthMismatch {
     /// Length of the first slice.
     pub expected: usize,
@@ -106,14 +108,15 @@ impl SgdBatch {
     pub fn new(material: &Material, kind: MaskingKind) -> Self {
         let set = InstructionSet::widest();
         let channels = material.channels.each_ref();
-        let maskings = match kind {
-            MaskingKind::Exact => BatchMaskings::Exact(channels.map(|params| {
-                TabulatedG1::new(&SmithMasking::of(params, TABLE_SOURCE_ACCURACY))
-            })),
-            MaskingKind::Fitted => BatchMaskings::Fitted(
-                channels.map(|params| FittedG1::new(&FittedMasking::of(params))),
-            ),
-        };
+        let maskings =
+            match kind {
+                MaskingKind::Exact => BatchMaskings::Exact(channels.map(|params| {
+                    TabulatedG1::new(&SmithMasking::of(params, TABLE_SOURCE_ACCURACY))
+                })),
+                MaskingKind::Fitted => BatchMaskings::Fitted(
+                    channels.map(|params| FittedG1::new(&FittedMasking::of(params))),
+                ),
+            };
         Self { set, channels: channels.map(ChannelConstants::new), maskings }
     }
 
