@@ -331,12 +331,17 @@ mod tests {
         for (name, channel) in [("chrome", 2), ("gold-paint", 1), ("pink-fabric", 0)] {
             let params = &find(name).expect("catalogue").material.channels[channel];
             let ndf = SgdNdf::new(params.alpha, params.p);
+            // ∫ D²/D_ggx cosθ dω over v = ln(1 + x/α²), where cosθ dω ∝ dx/(1+x)².
             let second_moment = |width: f64| -> f64 {
                 let ggx = GgxNdf { alpha: width };
+                let alpha2 = params.alpha * params.alpha;
                 (0..20_000)
-                    .map(|i| params.alpha * params.alpha * (f64::from(i) * 1e-3).exp_m1())
+                    .map(|i| alpha2 * (f64::from(i) * 1e-3).exp_m1())
                     .filter(|x| *x < 40.0 * params.alpha)
-                    .map(|x| ndf.eval(x).powi(2) / ggx.eval(x) * (params.alpha.powi(2) + x))
+                    .map(|x| {
+                        let ratio = ndf.eval(x).powi(2) / ggx.eval(x);
+                        ratio * (alpha2 + x) / (1.0 + x).powi(2)
+                    })
                     .sum()
             };
             let tuned = tuned_ggx_width(params);

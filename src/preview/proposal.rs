@@ -4,7 +4,7 @@
 //! All models of one material share the directions, so the noise of two pictures is nearly the
 //! same and cancels in their difference.
 
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ use crate::brdf::eval::above_horizon;
 use crate::brdf::reflectance::cosine_sample;
 use crate::material::{ChannelParams, Material};
 use crate::math::direction::{cos_theta, half_sum, tan2_theta};
-use crate::microfacet::{BeckmannMixture, Fresnel, GgxNdf};
+use crate::microfacet::{BeckmannMixture, Fresnel, GgxNdf, visible_normals};
 
 /// A density over directions to the light: a cosine lobe and two GGX lobes sampled by their
 /// visible normals, as narrow and as wide as the material's visible channels.
@@ -54,7 +54,7 @@ impl Proposal {
             return Some(cosine_sample([u, v]));
         }
         let alpha = self.alpha[usize::from(choice >= 0.5 * self.specular)];
-        let h = visible_normal(wo, alpha, [u, v]);
+        let h = visible_normals::ggx(wo, alpha, [u, v]);
         let wi = 2.0 * wo.dot(h) * h - wo;
         above_horizon(wi).then_some(wi)
     }
@@ -73,17 +73,6 @@ impl Proposal {
 /// cosθ + √(α² sin²θ + cos²θ), twice the visible area of a GGX surface seen from `w`.
 fn stretched(w: DVec3, alpha: f64) -> f64 {
     w.z + (alpha * alpha * (w.x * w.x + w.y * w.y) + w.z * w.z).sqrt()
-}
-
-/// A GGX normal seen from `wo`, from the spherical cap of its stretched directions (Dupuy and
-/// Benyoub 2023).
-fn visible_normal(wo: DVec3, alpha: f64, [u, v]: [f64; 2]) -> DVec3 {
-    let stretched = DVec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
-    let z = (1.0 - v) * (1.0 + stretched.z) - stretched.z;
-    let sin_theta = (1.0 - z * z).max(0.0).sqrt();
-    let (sin_phi, cos_phi) = (TAU * u).sin_cos();
-    let h = DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, z) + stretched;
-    DVec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0)).normalize()
 }
 
 /// ρs·4·F at normal incidence: about what the lobe reflects.
@@ -113,6 +102,7 @@ fn typical_slope(channel: &ChannelParams) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
     use crate::material::find;
     use crate::math::direction::spherical;
     use rand::{RngExt as _, SeedableRng as _};
