@@ -18,6 +18,9 @@ fi
 step "Rust: unit tests, laws, reference tables, command line, scenes"
 cargo test --quiet --no-fail-fast
 
+step "Textures: independent readers, shaders on a device"
+scripts/test-lut.sh
+
 if [ -x scripts/setup-blender.sh ]; then
   step "Blender"
   scripts/setup-blender.sh

@@ -1,43 +1,61 @@
 //! `sgdbake bake`: lookup textures and their manifest.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::cli::assignment::AssignmentArguments;
 use crate::cli::dressing;
+use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, refuse_foreign, write_file};
 use crate::cli::selection::{self, MaskingChoice};
-use crate::encode::exr;
 use crate::encode::manifest::{Format, Location, Manifest, TextureEntry};
-use crate::lut::{self, BakeError, Depth, Extent, Quantity, Request, Table};
-use crate::material::Material;
+use crate::encode::{exr, ktx2, png, shader};
+use crate::lut::{self, BakeError, Baked, Depth, Depths, Extent, Quantity, Request, Table};
+use crate::material::{Material, catalog};
+use crate::scene::Scene;
 
-/// Bakes lookup textures of materials, with a manifest that tells how to decode them.
+/// Bakes lookup textures of materials, with a manifest and shader functions that decode them.
 #[derive(Debug, clap::Args)]
-#[command(
-    after_help = "Example:\n  sgdbake bake --material gold-paint --material chrome -o lut --size 256"
-)]
+#[command(after_help = "\
+Examples:
+  sgdbake bake --material gold-paint --material chrome -o lut --tolerance 1e-3
+  sgdbake bake chair.glb --assign 'Legs=chrome' --assign 'Seat*=black-fabric' -o lut")]
 pub struct Arguments {
+    /// A scene: the materials assigned to slots that its meshes use are baked, and no others
+    #[arg(value_name = "SCENE", required_unless_present = "material")]
+    scene: Option<PathBuf>,
+    #[command(flatten)]
+    assignments: AssignmentArguments,
     /// A catalogue name or the path of a material file
-    #[arg(long, value_name = "MATERIAL", required = true)]
+    #[arg(long, value_name = "MATERIAL", conflicts_with = "scene")]
     material: Vec<String>,
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// What to store
+    /// What to store: ndf, masking, fresnel, albedo, brdf3d
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "ndf,masking,fresnel")]
     quantity: Vec<Quantity>,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
     masking: MaskingChoice,
-    /// Texels along each axis that is not a row
-    #[arg(long, value_name = "N", default_value_t = 256)]
-    size: usize,
-    /// The texels' number format: half or float
-    #[arg(long, default_value = "half")]
-    depth: Depth,
+    /// The error to keep: |f_lut − f|cosθi relative to its maximum for the viewer plus f·cosθi
+    #[arg(long, value_name = "E", default_value_t = 1e-3, conflicts_with = "size")]
+    tolerance: f64,
+    /// Texels along each axis that is not a row, in place of a tolerance
+    #[arg(long, value_name = "N")]
+    size: Option<usize>,
+    /// The file format: exr, ktx2, or png (16-bit integers: masking, fresnel and albedo only)
+    #[arg(long, default_value = "exr")]
+    format: Format,
+    /// The texels' number format, half or float; by default the smallest that keeps the tolerance
+    #[arg(long)]
+    depth: Option<Depth>,
+    /// Also bake all quantities of the whole catalogue, and report the bytes that were saved
+    #[arg(long)]
+    compare: bool,
     /// Say what would be written, and write nothing
     #[arg(long)]
     dry_run: bool,
@@ -57,32 +75,34 @@ struct File {
 
 /// What `--json` prints.
 #[derive(Serialize)]
-struct Report {
+struct Report<'a> {
     schema: &'static str,
     dry_run: bool,
-    files: Vec<FileReport>,
+    files: Vec<FileReport<'a>>,
+    texture_bytes: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    catalogue_texture_bytes: Option<usize>,
+    rows: usize,
+    measured_error: Option<f64>,
+    left_out: usize,
 }
 
 #[derive(Serialize)]
-struct FileReport {
-    path: PathBuf,
+struct FileReport<'a> {
+    path: &'a Path,
     bytes: usize,
 }
 
+/// The quantities that f is decoded from in two dimensions.
+const FACTORS: [Quantity; 3] = [Quantity::Ndf, Quantity::Masking, Quantity::Fresnel];
+
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials: Vec<Material> = arguments
-        .material
-        .iter()
-        .map(|name| selection::material(name))
-        .collect::<Result<_, _>>()?;
-    let request = Request {
-        quantities: arguments.quantity.clone(),
-        masking: arguments.masking.into(),
-        extent: Extent::Size(arguments.size),
-        depth: arguments.depth,
-    };
-    let files = files(arguments, &materials, &request)?;
+    let materials = materials(arguments)?;
+    let request = request(arguments)?;
+    let baked = lut::bake(&materials.iter().collect::<Vec<_>>(), &request)?;
+    let catalogue = arguments.compare.then(|| whole_catalogue(&request)).transpose()?;
+    let files = files(arguments, &materials, &baked)?;
     // All or nothing: what stands in the way is found before the first file is written.
     for file in &files {
         refuse_foreign(&file.path, arguments.force)?;
@@ -92,60 +112,155 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
             write_file(&file.path, &file.bytes, arguments.force)?;
         }
     }
-    report(arguments, &files, output)
+    report(arguments, &files, &baked, catalogue, output)
 }
 
-/// The textures, and the manifest last: a reader that finds it finds everything.
+/// The materials asked for, or those that a scene's meshes use.
+fn materials(arguments: &Arguments) -> Result<Vec<Material>, Failure> {
+    let Some(path) = &arguments.scene else {
+        return arguments.material.iter().map(|name| selection::material(name)).collect();
+    };
+    let scene = Scene::open(path).map_err(|error| unreadable(path, error))?;
+    let slots = scene.slots();
+    let assigned = arguments.assignments.assigned(&slots)?;
+    let mut used: Vec<usize> = slots
+        .iter()
+        .zip(&assigned.by_slot)
+        .filter(|(slot, _)| slot.used)
+        .filter_map(|(_, material)| *material)
+        .collect();
+    used.sort_unstable();
+    used.dedup();
+    if used.is_empty() {
+        return Err(Failure::usage("no material is assigned to a slot that a mesh uses")
+            .help("assign one with --assign SLOT=MATERIAL; '*' stands for every slot"));
+    }
+    Ok(used.into_iter().map(|i| assigned.materials[i].clone()).collect())
+}
+
+fn request(arguments: &Arguments) -> Result<Request, Failure> {
+    let depths = match (arguments.format, arguments.depth) {
+        (Format::Png, None) => Depths::Only(Depth::Unorm16),
+        (Format::Png, Some(_)) => {
+            return Err(Failure::usage("a PNG holds 16-bit integers, neither half nor float")
+                .help("leave out --depth, or choose --format exr or ktx2"));
+        }
+        (_, depth) => depth.map_or(Depths::Smallest, Depths::Only),
+    };
+    Ok(Request {
+        quantities: arguments.quantity.clone(),
+        masking: arguments.masking.into(),
+        extent: arguments.size.map_or(Extent::Tolerance(arguments.tolerance), Extent::Size),
+        depths,
+    })
+}
+
+/// Bytes of the textures that hold every quantity of the whole catalogue.
+fn whole_catalogue(request: &Request) -> Result<usize, Failure> {
+    let all: Vec<&Material> = catalog().iter().map(|entry| &entry.material).collect();
+    let everything = Request { quantities: FACTORS.to_vec(), ..request.clone() };
+    Ok(texture_bytes(&lut::bake(&all, &everything)?))
+}
+
+fn texture_bytes(baked: &Baked) -> usize {
+    baked.tables.iter().map(Table::bytes).sum()
+}
+
+/// The textures and decoders, and the manifest last: a reader that finds it finds everything.
 fn files(
     arguments: &Arguments,
     materials: &[Material],
-    request: &Request,
+    baked: &Baked,
 ) -> Result<Vec<File>, Failure> {
-    let baked = lut::bake(&materials.iter().collect::<Vec<_>>(), request)?;
-    let mut files: Vec<File> = baked
-        .tables
-        .iter()
-        .map(|table| {
-            let name = file_name(table);
-            File { bytes: exr::encode(table, &name), path: arguments.output.join(name) }
-        })
-        .collect();
-    let entry =
-        |table| TextureEntry::new(table, Format::Exr, Location::File { file: file_name(table) });
-    let manifest = Manifest::new(
-        materials.par_iter().zip(&baked.placed).map(|(m, p)| dressing::entry(m, p)).collect(),
-        baked.tables.iter().map(entry).collect(),
-        baked.left_out,
-    );
+    let mut files = Vec::new();
+    let mut add = |name: &str, bytes: Vec<u8>| {
+        files.push(File { path: arguments.output.join(name), bytes });
+    };
+    let mut entries = Vec::new();
+    for table in &baked.tables {
+        let name = file_name(table, arguments.format);
+        add(&name, encoded(arguments.format, table, &name)?);
+        entries.push(TextureEntry::new(table, arguments.format, Location::File { file: name }));
+    }
+    add("sgd_lut.glsl", shader::GLSL.into());
+    add("sgd_lut.wgsl", shader::WGSL.into());
+    let dressed = materials.par_iter().zip(&baked.placed);
+    let materials = dressed.map(|(material, placed)| dressing::entry(material, placed)).collect();
+    let manifest = Manifest::new(materials, entries, baked.left_out.clone());
     let mut bytes = serde_json::to_vec_pretty(&manifest).map_err(Failure::job)?;
     bytes.push(b'\n');
-    files.push(File { path: arguments.output.join("manifest.json"), bytes });
+    add("manifest.json", bytes);
     Ok(files)
 }
 
-fn file_name(table: &Table) -> String {
-    format!("{}.exr", table.quantity.name())
+/// `ndf.exr`; `brdf3d-2.exr` for the 3D table of row 2.
+fn file_name(table: &Table, format: Format) -> String {
+    let row = table.row.map_or_else(String::new, |row| format!("-{row}"));
+    format!("{}{row}.{}", table.quantity.name(), format.extension())
 }
 
-fn report(arguments: &Arguments, files: &[File], output: &mut Output) -> Result<(), Failure> {
+fn encoded(format: Format, table: &Table, name: &str) -> Result<Vec<u8>, Failure> {
+    let bytes = match format {
+        Format::Exr => Some(exr::encode(table, name)),
+        Format::Ktx2 => ktx2::encode(table, name),
+        Format::Png => png::encode(table, name),
+    };
+    bytes.ok_or_else(|| {
+        Failure::usage(format!("{} does not hold these texels", format.extension()))
+            .help("choose --format exr")
+    })
+}
+
+fn report(
+    arguments: &Arguments,
+    files: &[File],
+    baked: &Baked,
+    catalogue: Option<usize>,
+    output: &mut Output,
+) -> Result<(), Failure> {
+    let report = Report {
+        schema: "sgdbake/bake/1",
+        dry_run: arguments.dry_run,
+        files: files.iter().map(|f| FileReport { path: &f.path, bytes: f.bytes.len() }).collect(),
+        texture_bytes: texture_bytes(baked),
+        catalogue_texture_bytes: catalogue,
+        rows: baked.placed.iter().filter_map(|placed| placed.row).max().map_or(0, |row| row + 1),
+        measured_error: baked
+            .tables
+            .iter()
+            .filter_map(|table| table.error.measured)
+            .reduce(f64::max),
+        left_out: baked.left_out.len(),
+    };
     if arguments.json {
-        let files = files.iter();
-        let files = files.map(|f| FileReport { path: f.path.clone(), bytes: f.bytes.len() });
-        return output.json(&Report {
-            schema: "sgdbake/bake/1",
-            dry_run: arguments.dry_run,
-            files: files.collect(),
-        });
+        return output.json(&report);
     }
-    for file in files {
-        let verb = if arguments.dry_run { "would write" } else { "wrote" };
-        output.line(format!("{verb} {} ({} bytes)", file.path.display(), file.bytes.len()))?;
+    let verb = if arguments.dry_run { "would write" } else { "wrote" };
+    for file in &report.files {
+        output.line(format!("{verb} {} ({} bytes)", file.path.display(), file.bytes))?;
+    }
+    let Report { rows, texture_bytes, left_out, .. } = report;
+    output
+        .line(format!("{rows} rows, {texture_bytes} bytes of texels, {left_out} lobes left out"))?;
+    if let Some(error) = report.measured_error {
+        output.line(format!("largest error of f measured: {error:.2e}"))?;
+    }
+    if let Some(all) = catalogue {
+        let share = all as f64 / texture_bytes.max(1) as f64;
+        output.line(format!(
+            "all quantities of the whole catalogue: {all} bytes, {share:.1} times as many"
+        ))?;
     }
     Ok(())
 }
 
 impl From<BakeError> for Failure {
     fn from(error: BakeError) -> Self {
-        Self::usage(error)
+        match error {
+            BakeError::NotReached { .. } => {
+                Self::check(error).help("accept a larger --tolerance, or allow --depth float")
+            }
+            _ => Self::usage(error),
+        }
     }
 }

@@ -11,7 +11,7 @@ use crate::cli::dressing::replacements;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, refuse_foreign, write_with, written_by_sgdbake};
 use crate::cli::selection::MaskingChoice;
-use crate::lut::{Depth, Extent, Quantity, Request};
+use crate::lut::{Depth, Depths, Extent, Quantity, Request};
 use crate::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
 
 /// Puts measured materials into the slots of a scene. Everything that is not an assigned material
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
         masking: arguments.masking.into(),
         extent: Extent::Size(arguments.size),
-        depth: Depth::Half,
+        depths: Depths::Only(Depth::Half),
     };
     let replacements = replacements(&assigned.materials, &request)?;
     let pairs = slots.iter().zip(&assigned.by_slot);

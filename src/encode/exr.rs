@@ -1,6 +1,7 @@
 //! OpenEXR: flat, single part, scanline, increasing y, uncompressed, channels R G B.
 //!
-//! Row 0 of the table is the first scanline. The header carries the table's manifest entry as the
+//! Row 0 of the table is the first scanline; of a 3D table texel (i, j, k) is column i of scanline
+//! k·size\[1\] + j. The header carries the table's manifest entry as the
 //! text attribute `sgdbake`, so that the file alone says how to decode it.
 
 use std::io::Cursor;
@@ -25,14 +26,15 @@ pub fn encode(table: &Table, name: &str) -> Vec<u8> {
     attributes.layer_name = None;
     attributes.software_name = Some(GENERATOR.into());
     let entry = TextureEntry::new(table, Format::Exr, Location::File { file: name.to_owned() });
-    let entry = serde_json::to_string(&entry).expect("numbers and strings have a JSON form");
-    attributes.other.insert("sgdbake".into(), AttributeValue::Text(Text::from(entry.as_str())));
+    let entry = Text::from(entry.to_json().as_str());
+    attributes.other.insert("sgdbake".into(), AttributeValue::Text(entry));
     let encoding = Encoding {
         compression: Compression::Uncompressed,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let size = Vec2(table.size[0], table.size[1]);
+    // The slices of a 3D table follow one another down the picture.
+    let size = Vec2(table.size[0], table.size[1..].iter().product());
     let layer = Layer::new(size, attributes, encoding, channels(&table.texels));
     let mut bytes = Cursor::new(Vec::new());
     Image::from_layer(layer)
@@ -52,5 +54,8 @@ fn samples(texels: &Texels, c: usize) -> FlatSamples {
     match texels {
         Texels::Half(texels) => FlatSamples::F16(texels.iter().map(|rgb| rgb[c]).collect()),
         Texels::Float(texels) => FlatSamples::F32(texels.iter().map(|rgb| rgb[c]).collect()),
+        Texels::Unorm16 { .. } => {
+            FlatSamples::F32((0..texels.len()).map(|i| texels.get(i)[c]).collect())
+        }
     }
 }

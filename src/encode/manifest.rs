@@ -1,5 +1,7 @@
 //! `manifest.json`, and the texture entries that the glTF extension shares with it.
 
+use std::str::FromStr;
+
 use serde::Serialize;
 
 use crate::encode::GENERATOR;
@@ -95,6 +97,9 @@ pub struct TextureEntry {
     pub format: Format,
     /// The texels' number format.
     pub depth: Depth,
+    /// The texels that the codes 0 and 65535 of a 16-bit integer texture stand for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f32; 2]>,
     /// Texels along each axis.
     pub size: Vec<usize>,
     /// The axes, the fastest first.
@@ -105,6 +110,9 @@ pub struct TextureEntry {
     pub filter: &'static str,
     /// The first material of each row.
     pub rows: Vec<String>,
+    /// The row that a texture without a row axis holds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub row: Option<usize>,
     /// Promised and measured error.
     pub error: ErrorNote,
 }
@@ -140,6 +148,38 @@ pub enum Location {
 pub enum Format {
     /// OpenEXR.
     Exr,
+    /// KTX 2.
+    Ktx2,
+    /// 16-bit PNG.
+    Png,
+}
+
+/// No format of that name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("'{0}' is not a texture format; accepted are exr, ktx2, png")]
+pub struct UnknownFormat(String);
+
+impl FromStr for Format {
+    type Err = UnknownFormat;
+
+    fn from_str(name: &str) -> Result<Self, UnknownFormat> {
+        [Self::Exr, Self::Ktx2, Self::Png]
+            .into_iter()
+            .find(|format| format.extension() == name)
+            .ok_or_else(|| UnknownFormat(name.to_owned()))
+    }
+}
+
+impl Format {
+    /// The name, which is also the file extension.
+    #[must_use]
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Exr => "exr",
+            Self::Ktx2 => "ktx2",
+            Self::Png => "png",
+        }
+    }
 }
 
 impl Manifest {
@@ -179,12 +219,24 @@ impl TextureEntry {
             location,
             format,
             depth: table.texels.depth(),
+            range: table.texels.range(),
             size: table.size.clone(),
             axes: table.axes.clone(),
             encoding: table.encoding,
             filter: "linear",
             rows: table.rows.clone(),
+            row: table.row,
             error: table.error,
         }
+    }
+
+    /// The entry as JSON.
+    ///
+    /// # Panics
+    ///
+    /// Never: numbers and strings have a JSON form.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("numbers and strings have a JSON form")
     }
 }

@@ -2,7 +2,10 @@
 //! knows what a texel means beyond what the table says.
 
 pub mod exr;
+pub mod ktx2;
 pub mod manifest;
+pub mod png;
+pub mod shader;
 
 /// What writes the files, and the mark by which the tool knows its own.
 pub const GENERATOR: &str = concat!("sgdbake ", env!("CARGO_PKG_VERSION"));

@@ -14,6 +14,8 @@ pub enum Variable {
     CosThetaD,
     /// cosθo of the viewer, in [0, 1].
     CosThetaO,
+    /// |cosφd| of the difference vector around the half vector, in [0, 1].
+    AbsCosPhiD,
     /// One row per material.
     Row,
 }

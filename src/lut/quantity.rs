@@ -1,52 +1,27 @@
-//! What a texel means: the stored quantities, their axes and their encoding.
+//! What a texture stores, and how a texel becomes a value.
 
 use std::str::FromStr;
 
 use serde::Serialize;
 
-use crate::brdf::ChannelBrdf;
-use crate::lut::axis::{Axis, Variable, Warp};
-use crate::lut::row::Row;
-
-/// The texel whose exponential is an exact 0 in every precision: the lowest half float.
-pub const ZERO_TEXEL: f64 = -65504.0;
-
-/// tan²θh/α at the end of the `ndf` axis: D has fallen to e^{−80} of its peak there, far below
-/// what any pair of directions can make of it.
-const NDF_END: f64 = 80.0;
-
-/// The cotθ and coordinate that stand for the limit at grazing.
-const GRAZING: f64 = 1e-12;
-
 /// A quantity that a texture stores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// The slope density D·cos⁴θh, relative to its peak and as a logarithm.
-    ///
-    /// # Derivation
-    ///
-    /// With x = tan²θh, D·cos⁴θh = D(0) e^{−x/α} (1 + x/α²)^{−p}. D(0) reaches 6e4 and the tail
-    /// spans hundreds of decades; the logarithm of the ratio, t = −x/α − p ln(1 + x/α²), fits a
-    /// half float and is the more exact the closer to the peak. Over y = ln(1 + x/s) it bends by
-    /// t'' = −(x+s)/α − p(x+s)(α²−s)/(α²+x)²: s near α² keeps the second term straight, and for
-    /// small p a larger s saves texels. Texels decode as D = D(0)·eᵗ·(1+x)².
+    /// The slope density D·cos⁴θh: [`crate::lut::term`].
     Ndf,
-    /// Masking G1 against cotθ.
-    ///
-    /// # Derivation
-    ///
-    /// The reflectance divides by cosθ, so G1 must stay relatively exact where it vanishes. With
-    /// s = lim cotθ/G1 at grazing, u = cotθ/(cotθ + s) has the same slope as G1 at grazing and the
-    /// same limit at normal incidence; t = ln(G1/u) lies within a few tenths for every Beckmann
-    /// mixture. Texels decode as G1 = u·eᵗ, exactly 0 at u = 0.
+    /// Masking G1 against cotθ: [`crate::lut::term`].
     Masking,
-    /// The Fresnel factor F(cosθd), as it is: it may be negative or above 1.
+    /// The Fresnel factor F(cosθd): [`crate::lut::term`].
     Fresnel,
+    /// The directional albedo of the specular term in three Fresnel terms: [`crate::lut::albedo`].
+    Albedo,
+    /// The whole specular term in three dimensions: [`crate::lut::volume`].
+    Brdf3d,
 }
 
 /// How a texel t becomes a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Encoding {
     /// value = t.
@@ -55,6 +30,11 @@ pub enum Encoding {
     ExpTimes {
         /// What the exponential is multiplied by.
         factor: Factor,
+    },
+    /// value = factor · t, per channel.
+    Times {
+        /// What a texel of 1 stands for.
+        factor: [f64; 3],
     },
 }
 
@@ -70,7 +50,7 @@ pub enum Factor {
 
 /// No quantity of that name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' is not a quantity; accepted are ndf, masking, fresnel")]
+#[error("'{0}' is not a quantity; accepted are ndf, masking, fresnel, albedo, brdf3d")]
 pub struct UnknownQuantity(String);
 
 impl FromStr for Quantity {
@@ -85,8 +65,18 @@ impl FromStr for Quantity {
 }
 
 impl Quantity {
+    /// Whether its texels span a range that 16-bit integers resolve.
+    #[must_use]
+    pub fn fits_a_range(self) -> bool {
+        match self {
+            Self::Ndf | Self::Brdf3d => false,
+            Self::Masking | Self::Fresnel | Self::Albedo => true,
+        }
+    }
+
     /// Every quantity.
-    pub const ALL: [Self; 3] = [Self::Ndf, Self::Masking, Self::Fresnel];
+    pub const ALL: [Self; 5] =
+        [Self::Ndf, Self::Masking, Self::Fresnel, Self::Albedo, Self::Brdf3d];
 
     /// The name in files and on the command line.
     #[must_use]
@@ -95,82 +85,8 @@ impl Quantity {
             Self::Ndf => "ndf",
             Self::Masking => "masking",
             Self::Fresnel => "fresnel",
+            Self::Albedo => "albedo",
+            Self::Brdf3d => "brdf3d",
         }
     }
-
-    /// How its texels are encoded.
-    #[must_use]
-    pub fn encoding(self) -> Encoding {
-        match self {
-            Self::Ndf => Encoding::ExpTimes { factor: Factor::NdfPeak },
-            Self::Masking => Encoding::ExpTimes { factor: Factor::U },
-            Self::Fresnel => Encoding::Identity,
-        }
-    }
-
-    /// The axes of a texture that holds `rows`.
-    #[must_use]
-    pub fn axes(self, rows: &[Row]) -> Vec<Axis> {
-        let (variable, warp) = match self {
-            Self::Ndf => (
-                Variable::Tan2ThetaH,
-                Warp::Log1p {
-                    scale: rows.iter().map(ndf_scale).collect(),
-                    max: rows.iter().map(ndf_max).collect(),
-                },
-            ),
-            Self::Masking => (
-                Variable::CotTheta,
-                Warp::Rational { scale: rows.iter().map(masking_scale).collect() },
-            ),
-            Self::Fresnel => (Variable::CosThetaD, Warp::Identity),
-        };
-        vec![Axis { variable, warp: Some(warp) }, Axis::ROW]
-    }
-
-    /// The texel of one channel at coordinate `u` of the first axis, warped by `warp` for `row`.
-    #[must_use]
-    pub fn texel(self, lobe: &ChannelBrdf, warp: &Warp, row: usize, u: f64) -> f64 {
-        match self {
-            // The last texel closes the table with an exact 0.
-            Self::Ndf if u >= 1.0 => ZERO_TEXEL,
-            Self::Ndf => lobe.ndf.log_decay(warp.variable(row, u)).max(ZERO_TEXEL),
-            Self::Masking => {
-                let u = u.max(GRAZING);
-                (lobe.masking.g1(warp.variable(row, u)) / u).ln()
-            }
-            Self::Fresnel => lobe.fresnel.eval(warp.variable(row, u)),
-        }
-    }
-
-    /// The texel of a channel whose lobe is left out: it decodes to a vanishing reflectance.
-    #[must_use]
-    pub fn absent_texel(self) -> f64 {
-        match self {
-            Self::Ndf => ZERO_TEXEL,
-            Self::Masking | Self::Fresnel => 0.0,
-        }
-    }
-}
-
-/// The scale s of the `ndf` axis: near α² where the power factor matters, at most 0.3 α where it
-/// does not.
-fn ndf_scale(row: &Row) -> f64 {
-    let of_lobe = |lobe: &ChannelBrdf| {
-        let (alpha, p) = (lobe.ndf.alpha(), lobe.ndf.p());
-        (alpha * alpha * (1.0 + (0.4 / p).sqrt())).min(0.3 * alpha)
-    };
-    row.visible().map(of_lobe).fold(f64::INFINITY, f64::min)
-}
-
-/// The end m of the `ndf` axis: where the widest lobe has vanished.
-fn ndf_max(row: &Row) -> f64 {
-    row.visible().map(|lobe| NDF_END * lobe.ndf.alpha()).fold(0.0, f64::max)
-}
-
-/// The scale s of the `masking` axis: lim cotθ/G1 at grazing, the channels' geometric mean.
-fn masking_scale(row: &Row) -> f64 {
-    let logs: Vec<f64> =
-        row.visible().map(|lobe| (GRAZING / lobe.masking.g1(GRAZING)).ln()).collect();
-    (logs.iter().sum::<f64>() / logs.len() as f64).exp()
 }

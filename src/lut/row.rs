@@ -6,7 +6,7 @@ use crate::microfacet::masking::MaskingKind;
 use crate::microfacet::{BeckmannMixture, FittedMasking, SgdNdf, SmithMasking};
 
 /// Relative accuracy of the masking that is baked: below what a float texel can hold.
-const MASKING_ACCURACY: f64 = 1e-8;
+pub(crate) const MASKING_ACCURACY: f64 = 1e-8;
 
 /// One texture row: a material's visible lobes.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,14 +54,11 @@ fn with_masking_fit(params: ChannelParams) -> ChannelParams {
 }
 
 impl Row {
-    /// The row of a material, without the channels for which `visible` is false.
+    /// The row of a material's `channels`, without those for which `visible` is false.
     #[must_use]
-    pub fn new(material: &Material, kind: MaskingKind, visible: [bool; 3]) -> Self {
-        let lobe = |c: usize| {
-            let params = &material.channels[c];
-            visible[c].then(|| ChannelBrdf::with_accuracy(params, kind, MASKING_ACCURACY))
-        };
-        Self { name: material.name.clone(), lobes: std::array::from_fn(lobe) }
+    pub fn new(name: &str, channels: &[ChannelBrdf; 3], visible: [bool; 3]) -> Self {
+        let lobe = |c: usize| visible[c].then(|| channels[c].clone());
+        Self { name: name.to_owned(), lobes: std::array::from_fn(lobe) }
     }
 
     /// The lobes that are stored.

@@ -6,7 +6,7 @@ use half::f16;
 use serde::Serialize;
 
 use crate::lut::axis::Axis;
-use crate::lut::quantity::{Encoding, Quantity};
+use crate::lut::quantity::{Encoding, Factor, Quantity};
 
 /// The number format of a texel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
@@ -17,6 +17,8 @@ pub enum Depth {
     Half,
     /// 32-bit floating point.
     Float,
+    /// 16-bit integers over a range.
+    Unorm16,
 }
 
 /// No depth of that name.
@@ -41,7 +43,7 @@ impl Depth {
     #[must_use]
     pub fn bytes(self) -> usize {
         match self {
-            Self::Half => 2,
+            Self::Half | Self::Unorm16 => 2,
             Self::Float => 4,
         }
     }
@@ -54,15 +56,43 @@ pub enum Texels {
     Half(Vec<[f16; 3]>),
     /// Single floats.
     Float(Vec<[f32; 3]>),
+    /// Codes from 0 to 65535 over a range.
+    Unorm16 {
+        /// The texels that the lowest and the highest code stand for.
+        range: [f32; 2],
+        /// The codes.
+        codes: Vec<[u16; 3]>,
+    },
 }
 
 impl Texels {
     /// The texels rounded to `depth`.
     #[must_use]
-    pub fn rounded(depth: Depth, texels: impl Iterator<Item = [f64; 3]>) -> Self {
+    pub fn rounded(depth: Depth, texels: &[[f64; 3]]) -> Self {
         match depth {
-            Depth::Half => Self::Half(texels.map(|rgb| rgb.map(f16::from_f64)).collect()),
-            Depth::Float => Self::Float(texels.map(|rgb| rgb.map(|t| t as f32)).collect()),
+            Depth::Half => Self::Half(texels.iter().map(|rgb| rgb.map(f16::from_f64)).collect()),
+            Depth::Float => Self::Float(texels.iter().map(|rgb| rgb.map(|t| t as f32)).collect()),
+            Depth::Unorm16 => Self::quantised(texels),
+        }
+    }
+
+    /// The texels as codes over the range that they span.
+    fn quantised(texels: &[[f64; 3]]) -> Self {
+        let all = || texels.iter().flatten().map(|t| *t as f32);
+        let lowest = all().fold(f32::INFINITY, f32::min);
+        let highest = all().fold(f32::NEG_INFINITY, f32::max).max(lowest + f32::EPSILON);
+        let span = f64::from(highest) - f64::from(lowest);
+        let code = |t: f64| (65535.0 * (t - f64::from(lowest)) / span).round() as u16;
+        let codes = texels.iter().map(|rgb| rgb.map(code)).collect();
+        Self::Unorm16 { range: [lowest, highest], codes }
+    }
+
+    /// The range of 16-bit integer texels.
+    #[must_use]
+    pub fn range(&self) -> Option<[f32; 2]> {
+        match self {
+            Self::Unorm16 { range, .. } => Some(*range),
+            Self::Half(_) | Self::Float(_) => None,
         }
     }
 
@@ -72,6 +102,7 @@ impl Texels {
         match self {
             Self::Half(texels) => texels.len(),
             Self::Float(texels) => texels.len(),
+            Self::Unorm16 { codes, .. } => codes.len(),
         }
     }
 
@@ -87,6 +118,9 @@ impl Texels {
         match self {
             Self::Half(texels) => texels[index].map(f16::to_f32),
             Self::Float(texels) => texels[index],
+            Self::Unorm16 { range: [lowest, highest], codes } => {
+                codes[index].map(|code| lowest + (highest - lowest) * (f32::from(code) / 65535.0))
+            }
         }
     }
 
@@ -96,6 +130,7 @@ impl Texels {
         match self {
             Self::Half(_) => Depth::Half,
             Self::Float(_) => Depth::Float,
+            Self::Unorm16 { .. } => Depth::Unorm16,
         }
     }
 }
@@ -124,20 +159,83 @@ pub struct Table {
     pub texels: Texels,
     /// The first material of each row.
     pub rows: Vec<String>,
+    /// The row that a table without a row axis holds.
+    pub row: Option<usize>,
     /// Its error.
     pub error: ErrorNote,
 }
 
 impl Table {
-    /// The texel of a row between the centres around coordinate `u` of the first axis, mixed in
-    /// f32: position u·(n−1), clamped to the edge.
+    /// The texel of a row between the centres around coordinate `u` of the first axis: position
+    /// u·(n−1), clamped to the edge, mixed in f32.
     #[must_use]
-    pub fn fetch(&self, row: usize, u: f32) -> [f32; 3] {
+    pub fn fetch(&self, row: usize, u: f32, filter: Filter) -> [f32; 3] {
         let width = self.size[0];
-        let position = u.clamp(0.0, 1.0) * (width - 1) as f32;
-        let left = (position as usize).min(width - 2);
-        let weight = position - left as f32;
+        let (left, weight) = filter.position(u, width);
         let [a, b] = [0, 1].map(|step| self.texels.get(row * width + left + step));
-        std::array::from_fn(|c| a[c] + (b[c] - a[c]) * weight)
+        mix(a, b, weight)
+    }
+
+    /// The value at coordinate `u` of a row, per channel; `factor` is the material's array that
+    /// the encoding names, if it names one.
+    #[must_use]
+    pub fn value(&self, row: usize, u: f32, factor: [f64; 3], filter: Filter) -> [f64; 3] {
+        let texel = self.fetch(row, u, filter);
+        std::array::from_fn(|c| match self.encoding {
+            Encoding::Identity => f64::from(texel[c]),
+            Encoding::ExpTimes { factor: Factor::U } => f64::from(u * texel[c].exp()),
+            Encoding::Times { factor } => factor[c] * f64::from(texel[c]),
+            Encoding::ExpTimes { factor: Factor::NdfPeak } => factor[c] * f64::from(texel[c].exp()),
+        })
+    }
+
+    /// The texel of a 3D table at coordinates `u`, mixed in f32 along each axis in turn.
+    #[must_use]
+    pub fn fetch_3d(&self, u: [f32; 3], filter: Filter) -> [f32; 3] {
+        let [i, j, k] = [0, 1, 2].map(|axis| filter.position(u[axis], self.size[axis]));
+        let at = |x: usize, y: usize, z: usize| {
+            self.texels.get(((k.0 + z) * self.size[1] + j.0 + y) * self.size[0] + i.0 + x)
+        };
+        let row = |y, z| mix(at(0, y, z), at(1, y, z), i.1);
+        let plane = |z| mix(row(0, z), row(1, z), j.1);
+        mix(plane(0), plane(1), k.1)
+    }
+
+    /// The coordinate of `x` on an axis.
+    #[must_use]
+    pub fn coordinate(&self, axis: usize, row: usize, x: f64) -> f32 {
+        self.axes[axis].warp.as_ref().map_or(0.0, |warp| warp.coordinate(row, x) as f32)
+    }
+
+    /// Bytes of its texels.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.texels.len() * 3 * self.texels.depth().bytes()
+    }
+}
+
+fn mix(a: [f32; 3], b: [f32; 3], weight: f32) -> [f32; 3] {
+    std::array::from_fn(|c| a[c] + (b[c] - a[c]) * weight)
+}
+
+/// How texels are mixed between their centres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// Fetched one by one and mixed in f32, as the decoders beside the textures do.
+    Fetched,
+    /// By a texture unit, whose weights are multiples of 1/256.
+    Hardware,
+}
+
+impl Filter {
+    /// The texel to the left of coordinate `u` among `width`, and the weight of the right one.
+    fn position(self, u: f32, width: usize) -> (usize, f32) {
+        let position = u.clamp(0.0, 1.0) * (width - 1) as f32;
+        let position = match self {
+            Self::Fetched => position,
+            Self::Hardware => (position * 256.0).round() / 256.0,
+        };
+        let left = (position as usize).min(width - 2);
+        (left, position - left as f32)
     }
 }

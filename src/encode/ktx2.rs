@@ -1,0 +1,141 @@
+//! KTX 2: one level, uncompressed, `R16G16B16A16_SFLOAT` or `R32G32B32A32_SFLOAT`, 2D or 3D.
+//!
+//! The key `sgdbake` holds the table's manifest entry. Alpha is 1. No crate writes the container,
+//! so its layout stands here (Khronos, KTX File Format Specification 2.0).
+
+use half::f16;
+
+use crate::encode::GENERATOR;
+use crate::encode::manifest::{Format, Location, TextureEntry};
+use crate::lut::{Depth, Table, Texels};
+
+/// The mime type of a KTX 2 file.
+pub const MIME_TYPE: &str = "image/ktx2";
+
+const IDENTIFIER: [u8; 12] = *b"\xABKTX 20\xBB\r\n\x1A\n";
+/// Identifier, header, index and one level index entry.
+const HEAD_BYTES: usize = 12 + 9 * 4 + 4 * 4 + 2 * 8 + 3 * 8;
+const R16G16B16A16_SFLOAT: u32 = 97;
+const R32G32B32A32_SFLOAT: u32 = 109;
+
+/// The table as a KTX 2 file; `None` for 16-bit integer texels, which the formats here do not
+/// hold.
+#[must_use]
+pub fn encode(table: &Table, name: &str) -> Option<Vec<u8>> {
+    let (format, channel_bytes) = match table.texels.depth() {
+        Depth::Half => (R16G16B16A16_SFLOAT, 2),
+        Depth::Float => (R32G32B32A32_SFLOAT, 4),
+        Depth::Unorm16 => return None,
+    };
+    let descriptor = data_format_descriptor(channel_bytes);
+    let key_values = key_values(table, name);
+    let level_bytes = table.texels.len() * 4 * channel_bytes as usize;
+    let key_values_at = HEAD_BYTES + descriptor.len();
+    let level_at = (key_values_at + key_values.len()).next_multiple_of(4 * channel_bytes as usize);
+    let depth = table.size.get(2).map_or(0, |depth| *depth as u32);
+    let mut bytes = Vec::with_capacity(level_at + level_bytes);
+    bytes.extend(IDENTIFIER);
+    let header =
+        [format, channel_bytes, table.size[0] as u32, table.size[1] as u32, depth, 0, 1, 1, 0];
+    let index = [HEAD_BYTES, descriptor.len(), key_values_at, key_values.len()].map(|n| n as u32);
+    for word in header.into_iter().chain(index) {
+        bytes.extend(word.to_le_bytes());
+    }
+    // No supercompression data; then the level's offset, stored length and plain length.
+    for word in [0, 0, level_at, level_bytes, level_bytes] {
+        bytes.extend((word as u64).to_le_bytes());
+    }
+    bytes.extend(descriptor);
+    bytes.extend(key_values);
+    bytes.resize(level_at, 0);
+    append_texels(&mut bytes, &table.texels);
+    Some(bytes)
+}
+
+/// The basic data format descriptor: linear BT.709 RGBA, signed floats.
+fn data_format_descriptor(channel_bytes: u32) -> Vec<u8> {
+    const VERSION_2: u32 = 2;
+    const RGBSDA_BT709_LINEAR: u32 = 1 | 1 << 8 | 1 << 16;
+    const FLOAT_SIGNED: u32 = 0xC0;
+    let block_bytes = 24 + 4 * 16;
+    let mut words = vec![
+        4 + block_bytes,
+        0,
+        VERSION_2 | block_bytes << 16,
+        RGBSDA_BT709_LINEAR,
+        0,
+        4 * channel_bytes,
+        0,
+    ];
+    for (i, channel) in [0, 1, 2, 15].into_iter().enumerate() {
+        let bits = 8 * channel_bytes;
+        words.push(i as u32 * bits | (bits - 1) << 16 | (channel | FLOAT_SIGNED) << 24);
+        words.extend([0, (-1f32).to_bits(), 1f32.to_bits()]);
+    }
+    words.into_iter().flat_map(u32::to_le_bytes).collect()
+}
+
+/// Key and value pairs, sorted by key, each padded to four bytes.
+fn key_values(table: &Table, name: &str) -> Vec<u8> {
+    let entry = TextureEntry::new(table, Format::Ktx2, Location::File { file: name.to_owned() });
+    let mut bytes = Vec::new();
+    for (key, value) in [("KTXwriter", GENERATOR), ("sgdbake", &entry.to_json())] {
+        bytes.extend(((key.len() + value.len() + 2) as u32).to_le_bytes());
+        for text in [key, value] {
+            bytes.extend(text.as_bytes());
+            bytes.push(0);
+        }
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+    }
+    bytes
+}
+
+fn append_texels(bytes: &mut Vec<u8>, texels: &Texels) {
+    match texels {
+        Texels::Half(texels) => {
+            for [r, g, b] in texels {
+                bytes.extend([*r, *g, *b, f16::ONE].into_iter().flat_map(f16::to_le_bytes));
+            }
+        }
+        Texels::Float(texels) => {
+            for [r, g, b] in texels {
+                bytes.extend([*r, *g, *b, 1.0].into_iter().flat_map(f32::to_le_bytes));
+            }
+        }
+        Texels::Unorm16 { .. } => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lut::{Depths, Extent, Quantity, Request, bake};
+    use crate::material::find;
+    use crate::microfacet::masking::MaskingKind;
+
+    #[test]
+    fn another_parser_reads_the_same_texels() {
+        let material = &find("chrome").expect("in the catalogue").material;
+        for depth in [Depth::Half, Depth::Float] {
+            let request = Request {
+                quantities: vec![Quantity::Masking],
+                masking: MaskingKind::Exact,
+                extent: Extent::Size(33),
+                depths: Depths::Only(depth),
+            };
+            let baked = bake(&[material], &request).expect("a plain bake");
+            let bytes = encode(&baked.tables[0], "masking.ktx2").expect("a float depth");
+            let reader = ktx2::Reader::new(&bytes[..]).expect("valid");
+            assert_eq!((reader.header().pixel_width, reader.header().pixel_height), (33, 1));
+            assert_eq!(reader.writer(), Some(GENERATOR));
+            let level = reader.levels().next().expect("one level").data;
+            let texel: [f32; 3] = std::array::from_fn(|c| match depth {
+                Depth::Half => {
+                    f16::from_le_bytes([level[8 * 20 + 2 * c], level[8 * 20 + 2 * c + 1]]).to_f32()
+                }
+                _ => f32::from_le_bytes(std::array::from_fn(|i| level[16 * 20 + 4 * c + i])),
+            });
+            assert_eq!(texel, baked.tables[0].texels.get(20));
+        }
+    }
+}

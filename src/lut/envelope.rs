@@ -1,0 +1,67 @@
+//! Envelopes: for every cell between two texels, the largest error of the value decoded there.
+
+use rayon::prelude::*;
+
+use crate::lut::quantity::Encoding;
+use crate::lut::row::Row;
+use crate::lut::table::Table;
+use crate::lut::term::Term;
+
+/// Where a cell is examined, from its left texel (0) to its right one (1).
+const WITHIN_CELL: [f32; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
+
+/// How far a texture unit's 8-bit weight lies off the true one, at most.
+const WEIGHT_ERROR: f32 = 1.0 / 512.0;
+
+/// The errors of a table, cell by cell, for exact and for 8-bit filter weights.
+///
+/// Linear interpolation errs most in the middle of a cell, so that a smooth quantity's error
+/// anywhere is bounded by that of its cell. Relative for `exp_times`, absolute for `identity`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Envelope {
+    cells_per_row: usize,
+    errors: Vec<[f32; 3]>,
+}
+
+impl Envelope {
+    /// The envelope of the table of a factor of `rows`.
+    #[must_use]
+    pub fn new(term: Term, table: &Table, rows: &[Row]) -> Self {
+        let cells_per_row = table.size[0] - 1;
+        let errors = (0..rows.len() * cells_per_row)
+            .into_par_iter()
+            .map(|i| cell_error(term, table, rows, i / cells_per_row, i % cells_per_row))
+            .collect();
+        Self { cells_per_row, errors }
+    }
+
+    /// The error bound per channel at coordinate `u` of a row.
+    #[must_use]
+    pub fn at(&self, row: usize, u: f32) -> [f64; 3] {
+        let cell = ((u * self.cells_per_row as f32) as usize).min(self.cells_per_row - 1);
+        self.errors[row * self.cells_per_row + cell].map(f64::from)
+    }
+}
+
+fn cell_error(term: Term, table: &Table, rows: &[Row], row: usize, cell: usize) -> [f32; 3] {
+    let cells = table.size[0] - 1;
+    let [a, b] = [cell, cell + 1].map(|i| table.texels.get(row * table.size[0] + i));
+    std::array::from_fn(|c| {
+        let (Some(lobe), Some(warp)) = (&rows[row].lobes[c], &table.axes[0].warp) else {
+            return 0.0;
+        };
+        let error_at = |within: f32| {
+            let u = (cell as f64 + f64::from(within)) / cells as f64;
+            let exact = term.texel(lobe, warp, row, u);
+            let off = |shift: f32| {
+                let decoded = f64::from(a[c] + (b[c] - a[c]) * (within + shift));
+                match table.encoding {
+                    Encoding::Identity | Encoding::Times { .. } => (decoded - exact).abs(),
+                    Encoding::ExpTimes { .. } => (decoded - exact).exp_m1().abs(),
+                }
+            };
+            off(-WEIGHT_ERROR).max(off(0.0)).max(off(WEIGHT_ERROR))
+        };
+        WITHIN_CELL.into_iter().map(error_at).fold(0.0, f64::max) as f32
+    })
+}
