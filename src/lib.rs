@@ -26,4 +26,5 @@ pub mod material;
 pub mod math;
 pub mod microfacet;
 pub mod preview;
+pub mod report;
 pub mod scene;

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 use glam::DVec3;
 
 use crate::brdf::SgdBrdf;
+use crate::brdf::batch::{Pairs, RgbMut, SgdBatch};
 use crate::brdf::eval::above_horizon;
 use crate::math::direction::{cos_theta, from_cos_sin};
 
@@ -47,5 +48,26 @@ pub fn cosine_sample(u: [f64; 2]) -> DVec3 {
 impl Reflectance for SgdBrdf {
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         Self::eval(self, wi, wo)
+    }
+}
+
+impl Reflectance for SgdBatch {
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        self.terms(wi.as_vec3(), wo.as_vec3()).map(|channel| channel.brdf)
+    }
+
+    fn eval_all(&self, pairs: &[[DVec3; 2]], f: &mut [[f64; 3]]) {
+        let column = |side: usize, axis: usize| -> Vec<f32> {
+            pairs.iter().map(|pair| pair[side][axis] as f32).collect()
+        };
+        let [wi, wo] = [0, 1].map(|side| [0, 1, 2].map(|axis| column(side, axis)));
+        let mut rgb = [(); 3].map(|()| vec![0.0_f32; pairs.len()]);
+        let [r, g, b] = &mut rgb;
+        let pairs =
+            Pairs { wi: wi.each_ref().map(Vec::as_slice), wo: wo.each_ref().map(Vec::as_slice) };
+        Self::eval(self, &pairs, &mut RgbMut([r, g, b])).expect("all columns have one length");
+        for (i, slot) in f.iter_mut().enumerate() {
+            *slot = rgb.each_ref().map(|channel| f64::from(channel[i]));
+        }
     }
 }

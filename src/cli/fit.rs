@@ -96,7 +96,7 @@ struct Line<'a> {
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = arguments.materials.load()?;
     let progress = output.progress(materials.len() as u64, "fitting");
-    let studies: Vec<Study> = materials
+    let studies: Vec<Study<'_>> = materials
         .par_iter()
         .map(|material| {
             let study = Study::new(material, arguments);

@@ -9,6 +9,7 @@ use crate::cli::selection;
 use crate::material::{Channel, ChannelParams, MaskingParams, Material, catalog, find};
 use crate::microfacet::masking::{FittedMasking, MaskingKind};
 use crate::microfacet::{Masking, SgdNdf};
+use crate::report::number::six_digits;
 
 /// Lists the measured materials, or prints one material's full table.
 #[derive(Debug, clap::Args)]
@@ -109,29 +110,6 @@ fn table_line(channel: Channel, row: &Row) -> String {
     })
 }
 
-/// Six significant digits, the way the paper prints its tables.
-fn six_digits(number: f64) -> String {
-    let magnitude = number.abs();
-    if number == 0.0 || (1e-4..1e6).contains(&magnitude) {
-        let decimals = if number == 0.0 { 0 } else { 5 - magnitude.log10().floor() as i32 };
-        let fixed = format!("{number:.*}", decimals.max(0) as usize);
-        return trim_zeros(&fixed).to_owned();
-    }
-    let scientific = format!("{number:.5e}");
-    match scientific.split_once('e') {
-        Some((mantissa, exponent)) => format!("{}e{exponent}", trim_zeros(mantissa)),
-        None => scientific,
-    }
-}
-
-fn trim_zeros(decimal: &str) -> &str {
-    if decimal.contains('.') {
-        decimal.trim_end_matches('0').trim_end_matches('.')
-    } else {
-        decimal
-    }
-}
-
 fn table_json(name: &str, rows: &[Row; 3]) -> Value {
     let channels: Map<String, Value> = Channel::ALL
         .into_iter()
@@ -151,25 +129,4 @@ fn row_json(row: &Row) -> Value {
     Value::Object(
         keys.into_iter().zip(numbers(row)).map(|(key, n)| (key.to_owned(), json!(n))).collect(),
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::six_digits;
-
-    #[test]
-    fn numbers_print_as_in_the_paper() {
-        let printed = [
-            (0.0478786, "0.0478786"),
-            (46.384_12, "46.3841"),
-            (1.127_17e-7, "1.12717e-7"),
-            (1.8e66, "1.8e66"),
-            (0.0, "0"),
-            (-0.066_109_1, "-0.0661091"),
-            (354.275, "354.275"),
-        ];
-        for (number, text) in printed {
-            assert_eq!(six_digits(number), text);
-        }
-    }
 }

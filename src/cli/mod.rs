@@ -7,14 +7,20 @@ pub mod inspect;
 pub mod output;
 pub mod selection;
 
+mod audit;
 mod bake;
+mod completions;
 mod dressing;
 mod eval;
 mod export;
 mod fit;
+mod man;
 mod materials;
+mod preview;
 mod sample;
+mod sheet;
 mod slice;
+mod speed_error;
 
 use std::process::ExitCode;
 
@@ -61,6 +67,18 @@ enum Command {
     Export(export::Arguments),
     /// What is in a scene, a manifest or a lookup texture
     Inspect(inspect::Arguments),
+    /// What materials keep and break: reciprocity, energy, Fresnel and half-float ranges
+    Audit(audit::Arguments),
+    /// A picture of a ball or a mesh
+    Preview(preview::Arguments),
+    /// The material sheet of the paper's supplement, as HTML
+    Sheet(sheet::Arguments),
+    /// Speed against error of every way to evaluate a material
+    SpeedError(speed_error::Arguments),
+    /// Completions for a shell
+    Completions(completions::Arguments),
+    /// Manual pages
+    Man(man::Arguments),
 }
 
 /// Parses the process's arguments, runs the command and reports its exit code.
@@ -86,5 +104,11 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Fit(arguments) => fit::run(arguments, output),
         Command::Export(arguments) => export::run(arguments, output),
         Command::Inspect(arguments) => inspect::run(arguments, output),
+        Command::Audit(arguments) => audit::run(arguments, output),
+        Command::Preview(arguments) => preview::run(arguments, output),
+        Command::Sheet(arguments) => sheet::run(arguments, output),
+        Command::SpeedError(arguments) => speed_error::run(arguments, output),
+        Command::Completions(arguments) => completions::run(arguments, output),
+        Command::Man(arguments) => man::run(arguments, output),
     }
 }

@@ -5,6 +5,7 @@ pub mod albedo;
 pub mod axis;
 pub mod bake;
 pub mod budget;
+pub mod decode;
 pub mod envelope;
 pub mod probe;
 pub mod quantity;

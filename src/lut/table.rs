@@ -39,6 +39,16 @@ impl FromStr for Depth {
 }
 
 impl Depth {
+    /// The name in files and on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Half => "half",
+            Self::Float => "float",
+            Self::Unorm16 => "unorm16",
+        }
+    }
+
     /// Bytes of one channel of one texel.
     #[must_use]
     pub fn bytes(self) -> usize {

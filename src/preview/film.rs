@@ -2,8 +2,7 @@
 
 use std::io::Cursor;
 
-use image::{ExtendedColorType, ImageEncoder as _};
-
+use crate::encode::GENERATOR;
 use crate::preview::colour::{delta_e2000, to_srgb8};
 
 /// A linear RGB image, rows from the top.
@@ -31,7 +30,7 @@ pub struct Pixel {
 pub enum FilmError {
     /// PNG.
     #[error("cannot encode the PNG: {0}")]
-    Png(#[from] image::ImageError),
+    Png(#[from] png::EncodingError),
     /// EXR.
     #[error("cannot encode the EXR: {0}")]
     Exr(#[from] exr::error::Error),
@@ -91,6 +90,21 @@ impl Film {
         Self { width, height, pixels: rows.copied().collect() }
     }
 
+    /// The image at half its size, each pixel the mean of four.
+    #[must_use]
+    pub fn halved(&self) -> Self {
+        let (width, height) = (self.width / 2, self.height / 2);
+        let mean_of_four = |index: usize| {
+            let first = 2 * (index / width) * self.width + 2 * (index % width);
+            let four = [0, 1, self.width, self.width + 1].map(|step| self.pixels[first + step]);
+            let alpha = four.iter().map(|pixel| pixel.alpha).sum::<f64>();
+            let sum = |c: usize| four.iter().map(|pixel| pixel.rgb[c] * pixel.alpha).sum::<f64>();
+            let rgb = std::array::from_fn(|c| if alpha > 0.0 { sum(c) / alpha } else { 0.0 });
+            Pixel { rgb, alpha: 0.25 * alpha }
+        };
+        Self { width, height, pixels: (0..width * height).map(mean_of_four).collect() }
+    }
+
     /// ΔE2000 against another image of the same view.
     #[must_use]
     pub fn delta_e(&self, other: &Self) -> DeltaE {
@@ -107,9 +121,6 @@ impl Film {
     }
 }
 
-/// The mark of this tool in the images it writes.
-const GENERATOR: &str = concat!("sgdbake ", env!("CARGO_PKG_VERSION"));
-
 fn png_pixel(pixel: Pixel) -> [u8; 4] {
     let [r, g, b] = to_srgb8(pixel.rgb);
     [r, g, b, (pixel.alpha * 255.0).round() as u8]
@@ -122,8 +133,11 @@ fn png_pixel(pixel: Pixel) -> [u8; 4] {
 /// The encoder refuses the size.
 pub fn encode_png(rgba: &[u8], width: usize, height: usize) -> Result<Vec<u8>, FilmError> {
     let mut bytes = Vec::new();
-    let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
-    encoder.write_image(rgba, width as u32, height as u32, ExtendedColorType::Rgba8)?;
+    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.add_text_chunk("Software".to_owned(), GENERATOR.to_owned())?;
+    encoder.write_header()?.write_image_data(rgba)?;
     Ok(bytes)
 }
 
@@ -143,6 +157,14 @@ mod tests {
         assert_eq!(difference.map.iter().flatten().count(), 15);
         assert!((difference.mean - difference.max).abs() < 1e-12 && difference.max > 1.0);
         assert_eq!(film([0.2; 3]).delta_e(&film([0.2; 3])).max, 0.0);
+    }
+
+    #[test]
+    fn halving_keeps_the_light() {
+        let half = film([0.2; 3]).halved();
+        assert_eq!((half.width, half.pixels.len()), (2, 4));
+        assert_eq!(half.pixels[1].alpha, 0.75);
+        assert!((half.pixels[1].rgb[0] - 0.2).abs() < 1e-15);
     }
 
     #[test]

@@ -8,11 +8,11 @@ pub mod ball;
 pub mod colour;
 pub mod environment;
 pub mod film;
-pub mod proposal;
+pub mod model;
 pub mod render;
 pub mod shape;
 
 pub use environment::Environment;
 pub use film::Film;
-pub use proposal::Proposal;
+pub use model::Model;
 pub use shape::Shape;

@@ -7,11 +7,13 @@ use rayon::prelude::*;
 
 use crate::brdf::Reflectance;
 use crate::brdf::eval::above_horizon;
+use crate::brdf::sampler::{Sampler, Strategy};
+use crate::material::Material;
+use crate::microfacet::masking::MaskingKind;
 use crate::preview::ball::{TO_VIEWER, frame};
 use crate::preview::colour::luminance;
 use crate::preview::environment::{Arriving, Environment};
 use crate::preview::film::{Film, Pixel};
-use crate::preview::proposal::Proposal;
 use crate::preview::shape::{Hit, Shape};
 
 /// How much work a picture is.
@@ -31,7 +33,8 @@ pub struct Render {
     /// The picture.
     pub film: Film,
     /// Root mean square over the object of a pixel's standard error of luminance, relative to the
-    /// object's mean luminance.
+    /// object's mean luminance. An upper bound: it takes the points of a pixel for independent,
+    /// while they are spread evenly.
     pub noise: f64,
 }
 
@@ -39,7 +42,10 @@ pub struct Render {
 /// where the surface reflects.
 pub const DIRECTIONS: usize = 16;
 
-/// One picture per model, all from the same random directions, `row_done` called after each row.
+/// One picture per model, `row_done` called after each row.
+///
+/// All models see the same directions, drawn from `surface`: their noise is nearly the same and
+/// cancels in the difference of two pictures.
 ///
 /// # Formula
 ///
@@ -50,12 +56,12 @@ pub const DIRECTIONS: usize = 16;
 pub fn render<const MODELS: usize>(
     shape: &Shape,
     environment: &Environment,
-    proposal: &Proposal,
+    surface: &dyn Reflectance,
     models: [&dyn Reflectance; MODELS],
     quality: Quality,
     row_done: &(dyn Fn() + Sync),
 ) -> [Render; MODELS] {
-    let view = View { shape, environment, proposal, models, quality };
+    let view = View { shape, environment, surface, models, quality };
     let rows: Vec<Vec<[Seen; MODELS]>> = (0..quality.size)
         .into_par_iter()
         .map(|row| {
@@ -69,6 +75,13 @@ pub fn render<const MODELS: usize>(
     std::array::from_fn(|model| {
         develop(quality.size, rows.iter().flatten().map(|seen| seen[model]))
     })
+}
+
+/// What the directions for a material are drawn from: GGX lobes tuned to its own, by their visible
+/// normals, whose density costs less than the material's own.
+#[must_use]
+pub fn drawn_from(material: &Material) -> Sampler {
+    Sampler::new(material, MaskingKind::Fitted, Strategy::Ggx)
 }
 
 /// A pixel and the squared standard error of its luminance.
@@ -93,7 +106,7 @@ fn develop(size: usize, seen: impl Iterator<Item = Seen> + Clone) -> Render {
 struct View<'a, const MODELS: usize> {
     shape: &'a Shape,
     environment: &'a Environment,
-    proposal: &'a Proposal,
+    surface: &'a dyn Reflectance,
     models: [&'a dyn Reflectance; MODELS],
     quality: Quality,
 }
@@ -115,11 +128,11 @@ impl<const MODELS: usize> View<'_, MODELS> {
         let mut rng = Pcg64Mcg::seed_from_u64(self.quality.seed ^ (index + 1).wrapping_mul(STREAM));
         let points = self.quality.samples.div_ceil(DIRECTIONS).max(1);
         paths.clear();
-        let start: [f64; 2] = rng.random();
+        let start = Start { point: rng.random(), light: rng.random(), surface: rng.random() };
         for point in 0..points {
-            let [x, y] = self.picture_point(column, row, spread(start, point));
+            let [x, y] = self.picture_point(column, row, spread(start.point, R2, point));
             if let Some(hit) = self.shape.seen_at(x, y) {
-                self.trace(&hit, &mut rng, paths);
+                self.trace(&hit, &start, point, paths);
             }
         }
         let alpha = paths.points.len() as f64 / points as f64;
@@ -132,15 +145,15 @@ impl<const MODELS: usize> View<'_, MODELS> {
         [(column as f64 + offset[0]) * scale - 1.0, 1.0 - (row as f64 + offset[1]) * scale]
     }
 
-    fn trace(&self, hit: &Hit, rng: &mut Pcg64Mcg, paths: &mut Paths) {
+    fn trace(&self, hit: &Hit, start: &Start, point: usize, paths: &mut Paths) {
         paths.points.push(paths.pairs.len());
         let to_world = frame(hit.normal);
         let to_local = to_world.transpose();
         let wo = to_local * TO_VIEWER;
-        for _ in 0..DIRECTIONS / 2 {
-            let lamp = self.environment.sample(rng.random());
+        for index in point * (DIRECTIONS / 2)..(point + 1) * (DIRECTIONS / 2) {
+            let lamp = self.environment.sample(spread(start.light, R2, index));
             self.connect(hit, wo, to_local * lamp.direction, lamp, paths);
-            if let Some(wi) = self.proposal.sample(wo, rng.random()) {
+            if let Some(wi) = self.surface.sample(wo, spread(start.surface, R3, index)) {
                 let lamp = self.environment.look(to_world * wi);
                 self.connect(hit, wo, wi, lamp, paths);
             }
@@ -151,7 +164,7 @@ impl<const MODELS: usize> View<'_, MODELS> {
         if !(above_horizon(wi) && above_horizon(wo)) || self.shape.shadows(hit, lamp.direction) {
             return;
         }
-        let density = 0.5 * (lamp.pdf + self.proposal.pdf(wi, wo));
+        let density = 0.5 * (lamp.pdf + self.surface.pdf(wi, wo));
         paths.pairs.push([wi, wo]);
         paths.light.push(lamp.radiance.map(|radiance| radiance * wi.z / density));
     }
@@ -196,10 +209,21 @@ impl Paths {
 /// An odd constant that tells the random streams of pixels apart (2⁶⁴/golden ratio).
 const STREAM: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// The R2 sequence from a random start: evenly spread over the pixel for any number of points.
-fn spread(start: [f64; 2], index: usize) -> [f64; 2] {
-    const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-    std::array::from_fn(|axis| (start[axis] + index as f64 * STEP[axis]).fract())
+/// Where a pixel's sequences start.
+struct Start {
+    point: [f64; 2],
+    light: [f64; 2],
+    surface: [f64; 3],
+}
+
+/// Steps of Roberts' sequences: powers of the inverse of the root of xᵈ⁺¹ = x + 1, for d = 2 and 3.
+const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+const R3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_97];
+
+/// Term `index` of a sequence that fills the unit cube evenly whatever its length (Roberts 2018),
+/// from a random start.
+fn spread<const N: usize>(start: [f64; N], step: [f64; N], index: usize) -> [f64; N] {
+    std::array::from_fn(|axis| (start[axis] + index as f64 * step[axis]).fract())
 }
 
 #[cfg(test)]
@@ -207,7 +231,6 @@ mod tests {
     use super::*;
     use crate::brdf::SgdBrdf;
     use crate::material::find;
-    use crate::microfacet::masking::MaskingKind;
     use std::f64::consts::FRAC_1_PI;
 
     /// Reflects half of all light, evenly.
@@ -221,9 +244,9 @@ mod tests {
 
     const QUALITY: Quality = Quality { size: 24, samples: 64, seed: 7 };
 
-    fn gold() -> (Proposal, SgdBrdf) {
+    fn gold() -> (Sampler, SgdBrdf) {
         let material = &find("gold-paint").expect("in the catalogue").material;
-        (Proposal::new(material), SgdBrdf::new(material, MaskingKind::Fitted))
+        (drawn_from(material), SgdBrdf::new(material, MaskingKind::Fitted))
     }
 
     #[test]
@@ -241,29 +264,29 @@ mod tests {
 
     #[test]
     fn threads_do_not_change_the_picture() {
-        let (proposal, gold) = gold();
+        let (surface, gold) = gold();
         let room = Environment::studio();
         let picture = |threads: usize| {
             let pool =
                 rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            pool.install(|| render(&Shape::Ball, &room, &proposal, [&gold], QUALITY, &|| ()))
+            pool.install(|| render(&Shape::Ball, &room, &surface, [&gold], QUALITY, &|| ()))
         };
         assert!(picture(1) == picture(3));
         let other = Quality { seed: 8, ..QUALITY };
-        assert!(picture(1) != render(&Shape::Ball, &room, &proposal, [&gold], other, &|| ()));
+        assert!(picture(1) != render(&Shape::Ball, &room, &surface, [&gold], other, &|| ()));
     }
 
     /// The standard error that is stated against the scatter of pictures with other seeds.
     #[test]
     fn the_noise_is_as_stated() {
-        let (proposal, gold) = gold();
+        let (surface, gold) = gold();
         let room = Environment::studio();
         let pictures: Vec<Render> = (0..8)
             .map(|seed| {
                 let [picture] = render(
                     &Shape::Ball,
                     &room,
-                    &proposal,
+                    &surface,
                     [&gold],
                     Quality { seed, ..QUALITY },
                     &|| (),
@@ -280,6 +303,6 @@ mod tests {
         let average = inside.iter().map(|i| mean(*i)).sum::<f64>() / count;
         let measured = (inside.iter().map(|i| scatter(*i)).sum::<f64>() / count).sqrt() / average;
         let stated = pictures.iter().map(|p| p.noise).sum::<f64>() / 8.0;
-        assert!(measured < 1.1 * stated && stated < 2.0 * measured, "{measured} {stated}");
+        assert!(measured < 1.1 * stated && stated < 10.0 * measured, "{measured} {stated}");
     }
 }

@@ -8,6 +8,7 @@ use glam::DVec3;
 use nalgebra::{Point3, Vector3};
 
 use crate::preview::ball::{TO_VIEWER, normal_at};
+use crate::scene;
 
 /// What the camera sees.
 #[derive(Debug)]
@@ -86,6 +87,12 @@ impl Triangle {
         let distance = ac.dot(around) * inverse;
         let inside = v >= 0.0 && w >= 0.0 && v + w <= 1.0 && distance > 0.0;
         inside.then_some((distance, [1.0 - v - w, v, w]))
+    }
+}
+
+impl From<scene::Triangle> for Triangle {
+    fn from(triangle: scene::Triangle) -> Self {
+        Self::new(triangle.corners, triangle.normals)
     }
 }
 

@@ -32,6 +32,7 @@ mod replacement;
 mod resource;
 mod slot;
 mod text;
+mod triangles;
 
 use std::{
     collections::BTreeSet,
@@ -48,6 +49,7 @@ pub use export::{Export, OutputFile};
 pub use material::EXTENSION;
 pub use replacement::{Attachment, Clearcoat, Replacement, Specular};
 pub use slot::{Pattern, Slot, SlotId, resolve};
+pub use triangles::Triangle;
 
 use serde::Serialize;
 use serde_json::Value;

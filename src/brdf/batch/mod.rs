@@ -49,7 +49,8 @@ pub struct LengthMismatch {
 }
 
 /// A set of vector instructions that the loops are compiled for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum InstructionSet {
     /// What every machine of the architecture has: SSE2 on x86-64, NEON on 64-bit Arm.
     Baseline,
@@ -62,6 +63,18 @@ pub enum InstructionSet {
 impl InstructionSet {
     /// Every set, widest last.
     pub const ALL: [Self; 3] = [Self::Baseline, Self::Avx2, Self::Avx512];
+
+    /// The usual name; of the baseline, that of its vector instructions.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Baseline if cfg!(target_arch = "x86_64") => "SSE2",
+            Self::Baseline if cfg!(target_arch = "aarch64") => "NEON",
+            Self::Baseline => "baseline",
+            Self::Avx2 => "AVX2",
+            Self::Avx512 => "AVX-512",
+        }
+    }
 
     /// Whether this machine has it.
     #[must_use]

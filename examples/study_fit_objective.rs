@@ -2,7 +2,7 @@
 //! a ball of the exact reflectance and of its fit, under one sun and under an environment, over
 //! every fifth material of the catalogue. Prints a Markdown table; docs/fits.md holds one.
 //!
-//!     cargo run --release --example 5_fit_objective -- ENVIRONMENT.hdr
+//!     cargo run --release --example study_fit_objective -- ENVIRONMENT.hdr
 
 use std::error::Error;
 use std::path::Path;
@@ -13,8 +13,7 @@ use sgdbake::material::{Material, catalog};
 use sgdbake::microfacet::masking::MaskingKind;
 use sgdbake::preview::ball::{KEY_LIGHT, under_sun};
 use sgdbake::preview::environment::Environment;
-use sgdbake::preview::proposal::Proposal;
-use sgdbake::preview::render::{Quality, render};
+use sgdbake::preview::render::{Quality, drawn_from, render};
 use sgdbake::preview::shape::Shape;
 
 const SIZE: usize = 48;
@@ -57,10 +56,18 @@ fn differences(material: &Material, environment: &Environment) -> [Differences; 
     let gltf: [GltfBrdf; 3] = Metric::ALL.map(|metric| gltf::fit_target(&target, metric).material);
     let exact = SgdBrdf::new(material, MaskingKind::Fitted);
     let models: [&dyn Reflectance; 10] = [
-        &exact, &beckmann[0], &beckmann[1], &beckmann[2], &ggx[0], &ggx[1], &ggx[2], &gltf[0],
-        &gltf[1], &gltf[2],
+        &exact,
+        &beckmann[0],
+        &beckmann[1],
+        &beckmann[2],
+        &ggx[0],
+        &ggx[1],
+        &ggx[2],
+        &gltf[0],
+        &gltf[1],
+        &gltf[2],
     ];
-    let lit = render(&Shape::Ball, environment, &Proposal::new(material), models, QUALITY, &|| ());
+    let lit = render(&Shape::Ball, environment, &drawn_from(material), models, QUALITY, &|| ());
     let under_sun = models.map(|model| under_sun(model, KEY_LIGHT, SIZE));
     let row = |model: usize| {
         let sun = under_sun[model].delta_e(&under_sun[0]).mean;

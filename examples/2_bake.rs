@@ -1,0 +1,27 @@
+//! Lookup textures of two materials, as EXR bytes.
+
+use sgdbake::encode::exr;
+use sgdbake::lut::{Depths, Extent, Quantity, Request, bake};
+use sgdbake::material::find;
+use sgdbake::microfacet::masking::MaskingKind;
+
+pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let materials = [&find("gold-paint")?.material, &find("chrome")?.material];
+    let request = Request {
+        quantities: Quantity::ALL.to_vec(),
+        masking: MaskingKind::Exact,
+        extent: Extent::Size(256),
+        depths: Depths::default(),
+    };
+    let baked = bake(&materials, &request)?;
+    for table in &baked.tables {
+        let bytes = exr::encode(table, table.quantity.name());
+        println!(
+            "{}: {:?} texels, {} bytes of EXR",
+            table.quantity.name(),
+            table.size,
+            bytes.len()
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,24 @@
+//! The best glTF material, and the best single lobes, with their residuals.
+
+use sgdbake::brdf::one_lobe::Distribution;
+use sgdbake::fit::{Metric, gltf, one_lobe};
+use sgdbake::material::{UnknownMaterial, find};
+
+pub(crate) fn main() -> Result<(), UnknownMaterial> {
+    let material = &find("gold-paint")?.material;
+    let fit = gltf::fit(material);
+    println!("glTF: base colour {:.3?}", fit.material.base_color);
+    println!(
+        "      metallic {:.3}, roughness {:.3}",
+        fit.material.metallic, fit.material.roughness
+    );
+    let residual = fit.residuals.in_metric(Metric::default());
+    println!("      relative residual per channel {residual:.4?}");
+    for distribution in [Distribution::Beckmann, Distribution::Ggx] {
+        let fit = one_lobe::fit(material, distribution);
+        let alpha = fit.per_channel.channels.map(|channel| channel.alpha);
+        let residual = fit.per_channel_residuals.in_metric(Metric::default());
+        println!("{distribution:?}: alpha {alpha:.3?}, residual {residual:.4?}");
+    }
+    Ok(())
+}

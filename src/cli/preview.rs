@@ -1,0 +1,175 @@
+//! `sgdbake preview`: a picture of materials on a ball or a mesh.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+
+use crate::cli::failure::Failure;
+use crate::cli::output::{Output, refuse_foreign, write_file};
+use crate::cli::selection;
+use crate::lut::BakeError;
+use crate::material::Material;
+use crate::preview::environment::EnvironmentError;
+use crate::preview::render::{Quality, Render, drawn_from, render};
+use crate::preview::shape::Mesh;
+use crate::preview::{Environment, Film, Model, Shape};
+use crate::scene::Scene;
+
+/// Renders materials on a ball or a mesh, under the built-in lights or an environment image.
+///
+/// Several materials stand side by side. The picture is converged by importance sampling of both
+/// the lights and the surface; the remaining noise is stated. A PNG is tone-mapped, an EXR linear.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example:\n  sgdbake preview --material gold-paint --environment studio.hdr -o gold.png"
+)]
+pub struct Arguments {
+    /// A catalogue name or the path of a material file; may be given more than once
+    #[arg(long, value_name = "MATERIAL", required = true)]
+    material: Vec<String>,
+    /// The picture to write, .png or .exr
+    #[arg(short, long, value_name = "IMAGE")]
+    output: PathBuf,
+    /// The model to show
+    #[arg(long, value_enum, default_value_t)]
+    model: ModelChoice,
+    /// An equirectangular .hdr or .exr image in place of the built-in lights
+    #[arg(long, value_name = "FILE")]
+    environment: Option<PathBuf>,
+    /// A .obj, .gltf or .glb in place of the ball
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// Width and height of each picture in pixels
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u16).range(1..=8192))]
+    size: u16,
+    /// Directions to the light per pixel
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    samples: u32,
+    /// Start of the random numbers: the same seed gives the same bytes
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Say what would be written, and write nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Overwrite a file that sgdbake did not write
+    #[arg(long)]
+    force: bool,
+}
+
+/// The models as they are named on the command line.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum ModelChoice {
+    /// The measured material
+    #[default]
+    Sgd,
+    /// The best single Beckmann lobe
+    Beckmann,
+    /// The best single GGX lobe
+    Ggx,
+    /// Five Beckmann lobes with widths shared by the channels
+    Lobes,
+    /// The best glTF material
+    Gltf,
+    /// Lookup textures of 256 texels in half floats
+    Lut,
+}
+
+impl From<ModelChoice> for Model {
+    fn from(choice: ModelChoice) -> Self {
+        match choice {
+            ModelChoice::Sgd => Self::Sgd,
+            ModelChoice::Beckmann => Self::Beckmann,
+            ModelChoice::Ggx => Self::Ggx,
+            ModelChoice::Lobes => Self::Lobes,
+            ModelChoice::Gltf => Self::Gltf,
+            ModelChoice::Lut => Self::Lut,
+        }
+    }
+}
+
+/// The image formats, by the file's ending.
+#[derive(Clone, Copy)]
+enum ImageFormat {
+    Png,
+    Exr,
+}
+
+impl ImageFormat {
+    fn of(path: &Path) -> Result<Self, Failure> {
+        match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("png") => Ok(Self::Png),
+            Some("exr") => Ok(Self::Exr),
+            _ => Err(Failure::usage(format!("{} is no picture's name", path.display()))
+                .help("accepted endings are .png (tone-mapped) and .exr (linear)")),
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
+    let format = ImageFormat::of(&arguments.output)?;
+    let materials: Vec<Material> = arguments
+        .material
+        .iter()
+        .map(|name| selection::material(name))
+        .collect::<Result<_, _>>()?;
+    refuse_foreign(&arguments.output, arguments.force)?;
+    let shape = shape(arguments.mesh.as_deref(), output)?;
+    let environment =
+        arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
+    if arguments.dry_run {
+        return output.line(arguments.output.display());
+    }
+    let bar = output.progress(u64::from(arguments.size) * materials.len() as u64, "rows");
+    let pictures: Vec<Render> = materials
+        .iter()
+        .map(|material| {
+            let reflectance = Model::from(arguments.model).reflectance(material)?;
+            let surface = drawn_from(material);
+            let models = [reflectance.as_ref()];
+            let [picture] =
+                render(&shape, &environment, &surface, models, arguments.quality(), &|| bar.inc(1));
+            Ok(picture)
+        })
+        .collect::<Result<_, BakeError>>()?;
+    bar.finish_and_clear();
+    let noise = pictures.iter().map(|picture| picture.noise).fold(0.0, f64::max);
+    let films: Vec<Film> = pictures.into_iter().map(|picture| picture.film).collect();
+    let film = Film::beside(&films);
+    let bytes = match format {
+        ImageFormat::Png => film.to_png(),
+        ImageFormat::Exr => film.to_exr(),
+    };
+    write_file(&arguments.output, &bytes.map_err(Failure::job)?, arguments.force)?;
+    output.line(arguments.output.display())?;
+    output.note(format!("noise of a pixel: at most {:.2} % of the mean luminance", 100.0 * noise));
+    Ok(())
+}
+
+impl Arguments {
+    fn quality(&self) -> Quality {
+        Quality { size: self.size.into(), samples: self.samples as usize, seed: self.seed }
+    }
+}
+
+pub(super) fn environment(path: &Path) -> Result<Environment, Failure> {
+    Environment::load(path).map_err(|error| match error {
+        EnvironmentError::Dark => Failure::job(format!("{}: {error}", path.display())),
+        EnvironmentError::Unreadable { .. } => Failure::job(error).help(
+            "accepted are equirectangular .hdr and .exr images; without one, built-in lights",
+        ),
+    })
+}
+
+fn shape(path: Option<&Path>, output: &Output) -> Result<Shape, Failure> {
+    let Some(path) = path else { return Ok(Shape::Ball) };
+    let unusable = |reason: &dyn std::fmt::Display| {
+        Failure::job(format!("{}: {reason}", path.display()))
+            .help("accepted are .obj, .gltf and .glb with uncompressed triangles")
+    };
+    let scene = Scene::open(path).map_err(|error| unusable(&error))?;
+    scene.warnings().iter().for_each(|warning| output.note(warning));
+    let triangles = scene.triangles().map_err(|error| unusable(&error))?;
+    let mesh = Mesh::new(triangles.into_iter().map(Into::into).collect());
+    mesh.map(Shape::Mesh).ok_or_else(|| unusable(&"no triangle of finite size"))
+}

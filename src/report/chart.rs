@@ -1,0 +1,324 @@
+//! Charts as SVG whose colours come from the page's style sheet, so that one drawing serves light
+//! and dark.
+
+use std::fmt::Write as _;
+
+use crate::encode::GENERATOR;
+
+/// How values become positions along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their logarithm; values must be positive.
+    Log,
+}
+
+/// An axis from `low` to `high`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// What it shows, with its unit.
+    pub label: String,
+    /// How values are spaced.
+    pub scale: Scale,
+    /// The value at the left or bottom end.
+    pub low: f64,
+    /// The value at the right or top end.
+    pub high: f64,
+}
+
+/// A line through points. `class` names its style, e.g. `r` or `g fit`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// CSS classes.
+    pub class: String,
+    /// Points (x, y); what is not finite interrupts the line.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// A labelled point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// CSS classes.
+    pub class: String,
+    /// Where.
+    pub at: [f64; 2],
+    /// What stands beside it.
+    pub label: String,
+}
+
+/// A chart with two axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// What stands above it.
+    pub title: String,
+    /// Width and height in user units; the drawing scales to the page.
+    pub size: [f64; 2],
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// Lines, the last on top.
+    pub curves: Vec<Curve>,
+    /// Labelled points.
+    pub marks: Vec<Mark>,
+}
+
+/// Room for labels: left, top, right, bottom.
+const MARGIN: [f64; 4] = [52.0, 26.0, 12.0, 38.0];
+
+impl Axis {
+    /// An evenly spaced axis.
+    #[must_use]
+    pub fn linear(label: &str, low: f64, high: f64) -> Self {
+        Self { label: label.to_owned(), scale: Scale::Linear, low, high }
+    }
+
+    /// A logarithmic axis, its ends moved out to whole decades.
+    #[must_use]
+    pub fn decades(label: &str, low: f64, high: f64) -> Self {
+        let (low, high) = (low.log10().floor(), high.log10().ceil());
+        Self {
+            label: label.to_owned(),
+            scale: Scale::Log,
+            low: 10_f64.powf(low),
+            high: 10_f64.powf(high.max(low + 1.0)),
+        }
+    }
+
+    /// Position of a value, 0 at `low` and 1 at `high`.
+    fn position(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Linear => (value - self.low) / (self.high - self.low),
+            Scale::Log => (value / self.low).ln() / (self.high / self.low).ln(),
+        }
+    }
+
+    /// Round values along the axis, at most about six.
+    fn ticks(&self) -> Vec<f64> {
+        match self.scale {
+            Scale::Linear => linear_ticks(self.low, self.high),
+            Scale::Log => decade_ticks(self.low, self.high),
+        }
+    }
+}
+
+fn linear_ticks(low: f64, high: f64) -> Vec<f64> {
+    let rough = (high - low) / 5.0;
+    let magnitude = 10_f64.powf(rough.log10().floor());
+    let step = [1.0, 2.0, 3.0, 5.0, 10.0].map(|m| m * magnitude).into_iter().find(|s| *s >= rough);
+    let step = step.unwrap_or(10.0 * magnitude);
+    let first = (low / step - 1e-9).ceil() as i64;
+    let last = (high / step + 1e-9).floor() as i64;
+    (first..=last).map(|i| i as f64 * step).collect()
+}
+
+fn decade_ticks(low: f64, high: f64) -> Vec<f64> {
+    let (first, last) = (low.log10().round() as i32, high.log10().round() as i32);
+    let step = ((last - first) / 7 + 1) as usize;
+    (first..=last).step_by(step).map(|decade| 10_f64.powi(decade)).collect()
+}
+
+/// A tick's label: plain where short, else a power of ten.
+fn tick_label(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 || (1e-3..1e4).contains(&magnitude) {
+        let digits = format!("{value:.3}");
+        return digits.trim_end_matches('0').trim_end_matches('.').to_owned();
+    }
+    format!("{value:e}")
+}
+
+impl Chart {
+    /// The drawing as an `svg` element.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        let [width, height] = self.size;
+        let mut svg = format!(
+            "<svg class=\"chart\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">",
+            escape(&self.title)
+        );
+        let _ = write!(
+            svg,
+            "<text class=\"title\" x=\"{}\" y=\"16\">{}</text>",
+            MARGIN[0],
+            escape(&self.title)
+        );
+        self.draw_axes(&mut svg);
+        for curve in &self.curves {
+            let _ =
+                write!(svg, "<path class=\"curve {}\" d=\"{}\"/>", curve.class, self.path(curve));
+        }
+        self.draw_marks(&mut svg);
+        svg + "</svg>"
+    }
+
+    /// The drawing as a file of its own with its style.
+    #[must_use]
+    pub fn file(&self, style: &str) -> String {
+        let namespace = "<svg xmlns=\"http://www.w3.org/2000/svg\"";
+        let with_style = format!("\"><style>{}</style>", escape(style));
+        let generator = format!("<!-- {} -->\n", GENERATOR);
+        generator
+            + &self.svg().replacen("<svg", namespace, 1).replacen("\">", &with_style, 1)
+            + "\n"
+    }
+
+    /// Where a point of the data lies in the drawing.
+    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [left, top, right, bottom] = MARGIN;
+        let across = self.size[0] - left - right;
+        let down = self.size[1] - top - bottom;
+        [left + across * self.x.position(x), top + down * (1.0 - self.y.position(y))]
+    }
+
+    fn draw_axes(&self, svg: &mut String) {
+        let [left, bottom] = self.place([self.x.low, self.y.low]);
+        let [right, top] = self.place([self.x.high, self.y.high]);
+        for tick in self.x.ticks() {
+            let [x, _] = self.place([tick, self.y.low]);
+            let _ = write!(
+                svg,
+                "<path class=\"grid\" d=\"M{x:.1} {top:.1}V{bottom:.1}\"/>\
+                 <text class=\"tick middle\" x=\"{x:.1}\" y=\"{:.1}\">{}</text>",
+                bottom + 14.0,
+                tick_label(tick)
+            );
+        }
+        for tick in self.y.ticks() {
+            let [_, y] = self.place([self.x.low, tick]);
+            let _ = write!(
+                svg,
+                "<path class=\"grid\" d=\"M{left:.1} {y:.1}H{right:.1}\"/>\
+                 <text class=\"tick end\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+                left - 5.0,
+                y + 3.5,
+                tick_label(tick)
+            );
+        }
+        let _ = write!(
+            svg,
+            "<text class=\"label middle\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\
+             <text class=\"label middle\" transform=\"translate(12 {:.1}) rotate(-90)\">{}</text>",
+            0.5 * (left + right),
+            bottom + 31.0,
+            escape(&self.x.label),
+            0.5 * (top + bottom),
+            escape(&self.y.label)
+        );
+    }
+
+    /// The path of a curve, clipped to the frame's height by lifting the pen.
+    fn path(&self, curve: &Curve) -> String {
+        let mut path = String::new();
+        let mut drawing = false;
+        for point in &curve.points {
+            let inside = (-1e-9..=1.0 + 1e-9).contains(&self.y.position(point[1]));
+            if inside {
+                let [x, y] = self.place(*point);
+                let _ = write!(path, "{}{x:.1} {y:.1}", if drawing { "L" } else { "M" });
+            }
+            drawing = inside;
+        }
+        path
+    }
+
+    /// Points, each named when pointed at, and the labels that have room: moved down past other
+    /// points and labels, and left out where that is too far. The front's labels always stand.
+    fn draw_marks(&self, svg: &mut String) {
+        const POINT: f64 = 4.0;
+        const HEIGHT: f64 = 11.0;
+        const TOO_FAR: f64 = 3.0 * HEIGHT;
+        let places: Vec<[f64; 2]> = self.marks.iter().map(|mark| self.place(mark.at)).collect();
+        let mut taken: Vec<[f64; 4]> =
+            places.iter().map(|[x, y]| [x - POINT, y - POINT, x + POINT, y + POINT]).collect();
+        for (mark, [x, y]) in self.marks.iter().zip(&places) {
+            let name = escape(&mark.label);
+            let _ = write!(
+                svg,
+                "<circle class=\"mark {}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{POINT}\"><title>{name}</title></circle>",
+                mark.class
+            );
+            let width = 6.0 * mark.label.chars().count() as f64;
+            let left = if x + 8.0 + width < self.size[0] { x + 7.0 } else { x - 7.0 - width };
+            let covers = |top: f64, other: &[f64; 4]| {
+                left < other[2]
+                    && other[0] < left + width
+                    && top < other[3]
+                    && other[1] < top + HEIGHT
+            };
+            let mut top = y - 0.5 * HEIGHT;
+            while let Some(other) = taken.iter().find(|other| covers(top, other)) {
+                top = other[3];
+            }
+            if top - y > TOO_FAR && mark.class.is_empty() {
+                continue;
+            }
+            taken.push([left, top, left + width, top + HEIGHT]);
+            let _ = write!(
+                svg,
+                "<text class=\"name {}\" x=\"{left:.1}\" y=\"{:.1}\">{name}</text>",
+                mark.class,
+                top + 9.0
+            );
+        }
+    }
+}
+
+/// Text that is safe inside an element or an attribute.
+#[must_use]
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_few() {
+        assert_eq!(linear_ticks(0.0, 90.0), [0.0, 20.0, 40.0, 60.0, 80.0]);
+        assert_eq!(decade_ticks(1e-3, 1e1).len(), 5);
+        assert!(decade_ticks(1e-30, 1e4).len() <= 8);
+        assert_eq!(tick_label(0.05), "0.05");
+        assert_eq!(tick_label(1e-6), "1e-6");
+    }
+
+    #[test]
+    fn points_land_in_the_frame_and_text_is_escaped() {
+        let chart = Chart {
+            title: "a < b".into(),
+            size: [300.0, 200.0],
+            x: Axis::linear("x", 0.0, 1.0),
+            y: Axis::decades("y", 1e-3, 1e2),
+            curves: vec![Curve {
+                class: "r".into(),
+                points: vec![[0.0, 1e-3], [1.0, 1e2], [1.0, 1e9]],
+            }],
+            marks: vec![],
+        };
+        let svg = chart.svg();
+        assert!(svg.contains("a &lt; b") && !svg.contains("a < b"));
+        assert!(svg.contains("d=\"M52.0 162.0L288.0 26.0\""), "{svg}");
+    }
+
+    #[test]
+    fn labels_do_not_cover_each_other() {
+        let mark = |x: f64| Mark { class: "m".into(), at: [x, 0.5], label: "label".into() };
+        let chart = Chart {
+            title: String::new(),
+            size: [300.0, 200.0],
+            x: Axis::linear("x", 0.0, 1.0),
+            y: Axis::linear("y", 0.0, 1.0),
+            curves: vec![],
+            marks: vec![mark(0.5), mark(0.5), mark(0.52)],
+        };
+        let svg = chart.svg();
+        let heights: std::collections::HashSet<&str> = svg
+            .split("class=\"name m\"")
+            .skip(1)
+            .filter_map(|text| text.split("y=\"").nth(1)?.split('"').next())
+            .collect();
+        assert_eq!(heights.len(), 3, "{svg}");
+    }
+}

@@ -1,0 +1,17 @@
+//! Reports on materials, every number from the run that writes it: the audit of laws and limits,
+//! speed against error, the material sheet.
+
+pub mod audit;
+pub mod audit_page;
+pub mod chart;
+pub mod deviation;
+pub mod heat;
+pub mod machine;
+pub mod number;
+pub mod polar;
+pub mod sheet;
+pub mod sheet_page;
+pub mod sheet_plots;
+pub mod speed_error;
+pub mod speed_error_page;
+pub mod stopwatch;

@@ -1,0 +1,259 @@
+//! The material sheet as one HTML file that needs no other, and the index of several.
+
+use std::fmt::Write as _;
+
+use base64::{Engine as _, prelude::BASE64_STANDARD};
+
+use crate::encode::GENERATOR;
+use crate::material::Channel;
+use crate::microfacet::{FittedMasking, SgdNdf};
+use crate::preview::film::FilmError;
+use crate::report::audit_page;
+use crate::report::chart::escape;
+use crate::report::heat;
+use crate::report::number::six_digits;
+use crate::report::sheet::{FIT_NAMES, Page, Sheet};
+use crate::report::sheet_plots::Plots;
+
+/// The style of every page of the tool.
+pub const STYLE: &str = include_str!("sheet.css");
+
+/// The page of a sheet.
+///
+/// # Errors
+///
+/// A picture cannot be encoded.
+pub fn html(sheet: &Sheet<'_>, plots: &Plots) -> Result<String, FilmError> {
+    let mut body = format!(
+        "<p class=\"soft\"><a href=\"index.html\">All sheets</a></p><h1>{}</h1>\
+         <p>Measured reflectance as a Shifted Gamma Distribution (Bagher, Soler, Holzschuch 2012), \
+         and the best fits of the models that engines have. Every number and picture was computed \
+         when this page was written.</p>",
+        escape(&sheet.material.name)
+    );
+    body.push_str(&parameters(sheet));
+    body.push_str(&pictures(sheet)?);
+    body.push_str(&lobes(plots));
+    body.push_str(&curves(plots));
+    body.push_str(&fits(sheet));
+    body.push_str(&audit(sheet));
+    Ok(document(&sheet.material.name, &body))
+}
+
+/// A complete HTML document.
+#[must_use]
+pub fn document(title: &str, body: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <meta name=\"generator\" content=\"{GENERATOR}\"><title>{}</title>\
+         <style>{STYLE}</style></head>\n<body>{body}</body></html>\n",
+        escape(title)
+    )
+}
+
+/// The columns of the paper's table.
+const COLUMNS: [&str; 12] = ["ρd", "ρs", "α", "p", "F0", "F1", "K", "λ", "c", "k", "θ0", "error"];
+
+fn parameters(sheet: &Sheet<'_>) -> String {
+    let rows: Vec<Vec<String>> = Channel::ALL
+        .into_iter()
+        .enumerate()
+        .map(|(c, channel)| {
+            let p = &sheet.material.channels[c];
+            let masking = p.masking.map(|m| [m.lambda, m.c, m.k, FittedMasking::new(m).theta0()]);
+            let shape = [p.rho_d, p.rho_s, p.alpha, p.p, p.f0, p.f1, SgdNdf::new(p.alpha, p.p).k()];
+            let numbers =
+                shape.map(Some).into_iter().chain(masking.map_or([None; 4], |m| m.map(Some)));
+            let error = sheet.printed_error.map(|errors| errors[c]);
+            let cells = numbers.chain([error]).map(|n| n.map_or("–".to_owned(), six_digits));
+            std::iter::once(channel.name().to_owned()).chain(cells).collect()
+        })
+        .collect();
+    let note = "K and θ0 are recomputed from the other columns; the error is the one that the paper \
+                states. θ0 is in radians.";
+    format!("<h2>Parameters</h2>{}<p class=\"soft\">{note}</p>", table("", &COLUMNS, &rows))
+}
+
+/// A table that scrolls sideways where the screen is narrow.
+fn table(corner: &str, columns: &[&str], rows: &[Vec<String>]) -> String {
+    let mut html = format!("<div class=\"scroll\"><table><tr><th>{corner}</th>");
+    for column in columns {
+        let _ = write!(html, "<th>{column}</th>");
+    }
+    html.push_str("</tr>");
+    for row in rows {
+        html.push_str("<tr>");
+        for cell in row {
+            let _ = write!(html, "<td>{cell}</td>");
+        }
+        html.push_str("</tr>");
+    }
+    html + "</table></div>"
+}
+
+fn pictures(sheet: &Sheet<'_>) -> Result<String, FilmError> {
+    let pictures = &sheet.pictures;
+    let mut html = String::from("<h2>Pictures</h2><div class=\"grid4\">");
+    html.push_str(&figure(&pictures.sgd.to_png()?, "SGD, the measured material"));
+    for ((film, _), name) in pictures.fits.iter().zip(FIT_NAMES) {
+        html.push_str(&figure(&film.to_png()?, &format!("{name}, best fit")));
+    }
+    html.push_str(&scale());
+    for ((film, difference), name) in pictures.fits.iter().zip(FIT_NAMES) {
+        let caption =
+            format!("{name}: ΔE2000 mean {:.2}, largest {:.1}", difference.mean, difference.max);
+        html.push_str(&figure(&heat::png(difference, film.width)?, &caption));
+    }
+    let _ = write!(
+        html,
+        "</div><p class=\"soft\">Differences of CIE Lab colours as displayed, after the tone curve; \
+         about 1 is just visible side by side. A pixel's noise is at most {:.1} % of the mean \
+         luminance, and nearly the same in all pictures.</p>",
+        100.0 * pictures.noise
+    );
+    Ok(html)
+}
+
+/// What the colours of the difference maps mean.
+fn scale() -> String {
+    format!(
+        "<div class=\"scale\">ΔE2000 against SGD<div class=\"bar\" style=\"background:{}\"></div>\
+         <div class=\"ends\"><span>0</span><span>{} and above</span></div></div>",
+        heat::gradient(),
+        heat::SCALE_END
+    )
+}
+
+fn figure(png: &[u8], caption: &str) -> String {
+    format!(
+        "<figure><img alt=\"{0}\" src=\"{1}\"><figcaption>{0}</figcaption></figure>",
+        escape(caption),
+        data_uri(png)
+    )
+}
+
+fn data_uri(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png))
+}
+
+const MODEL_KEY: &str = "<div class=\"key\"><span class=\"sgd\">SGD</span>\
+    <span class=\"beckmann\">Beckmann</span><span class=\"ggx\">GGX</span>\
+    <span class=\"gltf\">glTF</span></div>";
+
+const CHANNEL_KEY: &str = "<div class=\"key\"><span class=\"r\">red</span>\
+    <span class=\"g\">green</span><span class=\"b\">blue</span></div>";
+
+fn lobes(plots: &Plots) -> String {
+    let mut html = format!(
+        "<h2>Lobes in the plane of incidence</h2><p class=\"soft\">The radius is ∛f; the dotted line is \
+         the direction to the light, and the half circle the largest value of its drawing.</p>{MODEL_KEY}"
+    );
+    for (_, channels) in &plots.lobes {
+        let _ = write!(html, "<div class=\"grid3\">{}</div>", channels.concat());
+    }
+    html
+}
+
+fn curves(plots: &Plots) -> String {
+    format!(
+        "<h2>Distribution of normals</h2>{MODEL_KEY}<div class=\"grid3\">{}</div>\
+         <h2>Fresnel, masking, albedo</h2>{CHANNEL_KEY}<div class=\"grid4 wide\">{}{}{}{}</div>",
+        plots.ndf.concat(),
+        plots.fresnel,
+        plots.masking,
+        plots.masking_difference,
+        plots.albedo
+    )
+}
+
+fn fits(sheet: &Sheet<'_>) -> String {
+    let number = |n: f64| format!("{n:.4}");
+    let one_lobe = [("Beckmann", &sheet.fits.beckmann), ("GGX", &sheet.fits.ggx)];
+    let rows: Vec<Vec<String>> = one_lobe
+        .into_iter()
+        .zip(&sheet.fits.residuals)
+        .flat_map(|((name, fit), residual)| {
+            Channel::ALL.into_iter().enumerate().map(move |(c, channel)| {
+                let of = &fit.channels[c];
+                let numbers =
+                    [of.rho_d, of.alpha, of.fresnel.f0, of.fresnel.f90, of.fresnel.f1, residual[c]];
+                let name = format!("{name} {}", channel.name());
+                std::iter::once(name).chain(numbers.map(number)).collect()
+            })
+        })
+        .collect();
+    let columns = ["ρd", "α", "f0", "f90", "f1", "residual"];
+    let gltf = &sheet.fits.gltf;
+    let optional = |n: Option<f64>| n.map_or("–".to_owned(), number);
+    let gltf_row = vec![
+        "glTF".to_owned(),
+        gltf.base_color.map(number).join(" "),
+        number(gltf.metallic),
+        number(gltf.roughness),
+        number(gltf.specular_factor),
+        gltf.specular_color.map(number).join(" "),
+        optional(gltf.clearcoat),
+        optional(gltf.clearcoat_roughness),
+        sheet.fits.residuals[2].map(number).join(" "),
+    ];
+    let gltf_columns = [
+        "base colour",
+        "metallic",
+        "roughness",
+        "specular",
+        "specular colour",
+        "clearcoat",
+        "its roughness",
+        "residual r g b",
+    ];
+    format!(
+        "<h2>Best fits</h2>{}<br>{}",
+        table("", &columns, &rows),
+        table("", &gltf_columns, &[gltf_row])
+    )
+}
+
+fn audit(sheet: &Sheet<'_>) -> String {
+    let laws: Vec<Vec<String>> = sheet.audit.channels[0]
+        .laws
+        .iter()
+        .map(|check| {
+            let of = |c: usize| {
+                let same = sheet.audit.channels[c].laws.iter().find(|other| other.law == check.law);
+                same.map_or("–".to_owned(), |check| {
+                    format!("{:.1e}{}", check.deviation, if check.holds() { "" } else { " broken" })
+                })
+            };
+            vec![escape(check.law.describe()), of(0), of(1), of(2), format!("{:.1e}", check.bound)]
+        })
+        .collect();
+    let findings: String = audit_page::findings_of(&sheet.audit)
+        .iter()
+        .map(|f| format!("<li>{}</li>", escape(f)))
+        .collect();
+    format!("<h2>Audit</h2><ul>{findings}</ul>{}", table("law", &["r", "g", "b", "bound"], &laws))
+}
+
+/// The index of several sheets.
+#[must_use]
+pub fn index(pages: &[Page]) -> String {
+    let mut body = String::from(
+        "<h1>Material sheets</h1><p>Mean ΔE2000 of the best Beckmann, GGX and glTF material against \
+         the measured one, on a ball under the same lights.</p><div class=\"scroll\"><table>\
+         <tr><th>material</th><th></th><th>Beckmann</th><th>GGX</th><th>glTF</th><th>albedo &gt; 1 from</th></tr>",
+    );
+    for page in pages {
+        let name = escape(&page.name);
+        let [beckmann, ggx, gltf] = page.delta_e;
+        let gain =
+            page.gains_energy_from_deg.map_or("–".to_owned(), |angle| format!("{angle:.1}°"));
+        let _ = write!(
+            body,
+            "<tr><td><a href=\"{name}.html\">{name}</a></td><td><img alt=\"\" width=\"40\" height=\"40\" \
+             src=\"{}\"></td><td>{beckmann:.2}</td><td>{ggx:.2}</td><td>{gltf:.2}</td><td>{gain}</td></tr>",
+            data_uri(&page.thumbnail)
+        );
+    }
+    document("Material sheets", &(body + "</table></div>"))
+}

@@ -1,0 +1,192 @@
+//! The sheet's plots: lobes in the plane of incidence, D, G1, F and the albedo.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use crate::brdf::{ChannelBrdf, Reflectance};
+use crate::material::Channel;
+use crate::math::direction::{cos_sin_degrees, spherical};
+use crate::microfacet::Masking;
+use crate::microfacet::masking::{FittedMasking, MaskingKind};
+use crate::report::chart::{Axis, Chart, Curve};
+use crate::report::polar::{Lobe, Polar};
+use crate::report::sheet::Sheet;
+
+/// The plots of a sheet as `svg` elements.
+pub struct Plots {
+    /// Per angle of incidence, one per channel.
+    pub lobes: Vec<(f64, [String; 3])>,
+    /// F against θd.
+    pub fresnel: String,
+    /// D against θh, per channel.
+    pub ndf: [String; 3],
+    /// G1 against θ, exact and as published.
+    pub masking: String,
+    /// The difference of the two.
+    pub masking_difference: String,
+    /// The directional albedo against θo.
+    pub albedo: String,
+}
+
+/// Angles of incidence of the lobes \[degrees\].
+const INCIDENCES: [f64; 4] = [10.0, 30.0, 50.0, 70.0];
+
+/// CSS classes of the fits, in the sheet's order.
+const FIT_CLASSES: [&str; 3] = ["beckmann", "ggx", "gltf"];
+
+const CHART_SIZE: [f64; 2] = [340.0, 240.0];
+
+/// Every plot of a sheet.
+#[must_use]
+pub fn plots(sheet: &Sheet<'_>) -> Plots {
+    Plots {
+        lobes: INCIDENCES.map(|theta| (theta, lobes(sheet, theta))).to_vec(),
+        fresnel: fresnel(sheet),
+        ndf: std::array::from_fn(|c| ndf(sheet, c)),
+        masking: masking(sheet),
+        masking_difference: masking_difference(sheet),
+        albedo: albedo(sheet),
+    }
+}
+
+/// ∛f in the plane of incidence, SGD over the fits, per channel.
+fn lobes(sheet: &Sheet<'_>, theta_deg: f64) -> [String; 3] {
+    let theta_i = theta_deg.to_radians();
+    let models = sheet.fits.reflectances().into_iter().zip(FIT_CLASSES);
+    let curves: Vec<(&str, Vec<[f64; 4]>)> = models
+        .chain([(&sheet.sgd as &dyn Reflectance, "sgd")])
+        .map(|(model, class)| (class, plane_of_incidence(model, theta_i)))
+        .collect();
+    std::array::from_fn(|c| {
+        let lobe = |(class, values): &(&str, Vec<[f64; 4]>)| Lobe {
+            class: (*class).to_owned(),
+            points: values.iter().map(|v| [v[0], v[c + 1].max(0.0).cbrt()]).collect(),
+        };
+        let title = format!("{} · θi = {theta_deg}°", Channel::ALL[c].name());
+        Polar { title, theta_i, lobes: curves.iter().map(lobe).collect() }.svg()
+    })
+}
+
+/// (θo, f of r, g, b) through the plane of incidence; negative θo on the light's side.
+fn plane_of_incidence(model: &dyn Reflectance, theta_i: f64) -> Vec<[f64; 4]> {
+    const STEPS: i32 = 240;
+    let wi = spherical(theta_i, PI);
+    // Half steps keep clear of the horizon; the mirror direction is one of them.
+    let at = |step: i32| {
+        let theta_o = FRAC_PI_2 * f64::from(step) / f64::from(STEPS + 1);
+        let [r, g, b] =
+            model.eval(wi, spherical(theta_o.abs(), if theta_o < 0.0 { PI } else { 0.0 }));
+        [theta_o, r, g, b]
+    };
+    (-STEPS..=STEPS).map(at).collect()
+}
+
+fn fresnel(sheet: &Sheet<'_>) -> String {
+    let curve = |channel: &ChannelBrdf| angles(|cos, _| channel.fresnel.eval(cos));
+    let curves = sheet.sgd.channels.each_ref().map(curve);
+    let values = || curves.iter().flatten().map(|p| p[1]);
+    let (low, high) = (values().fold(0.0, f64::min), values().fold(1.0, f64::max));
+    chart("F", "θd [°]", "F", Axis::linear("", low, high), by_channel(curves, ""))
+}
+
+/// D with the widths of the fits, in decades down from the peak.
+fn ndf(sheet: &Sheet<'_>, c: usize) -> String {
+    const DECADES: f64 = 1e-5;
+    let sgd = &sheet.sgd.channels[c].ndf;
+    let end = shown_angle(|tan2| sgd.eval(tan2) > sgd.peak() * DECADES);
+    let one_lobe = [sheet.fits.beckmann, sheet.fits.ggx].map(|fit| {
+        let alpha = fit.channels[c].alpha;
+        angles_to(end, |cos, sin| fit.distribution.ndf(alpha, (sin / cos).powi(2)))
+    });
+    let exact = angles_to(end, |cos, sin| sgd.eval((sin / cos).powi(2)));
+    let fits = one_lobe.into_iter().zip(FIT_CLASSES);
+    let curves = fits.chain([(exact, "sgd")]);
+    let curves = curves.map(|(points, class)| Curve { class: class.to_owned(), points }).collect();
+    let y = Axis::decades("", sgd.peak() * DECADES, sgd.peak());
+    let y = Axis { label: "D [1/sr]".to_owned(), ..y };
+    let title = format!("D · {}", Channel::ALL[c].name());
+    let x = Axis::linear("θh [°]", 0.0, end);
+    Chart { title, size: CHART_SIZE, x, y, curves, marks: Vec::new() }.svg()
+}
+
+/// The first round angle \[degrees\] at which the lobe is no longer `visible` at tan²θh.
+fn shown_angle(visible: impl Fn(f64) -> bool) -> f64 {
+    let ends = [1.0, 2.0, 5.0, 10.0, 20.0, 45.0_f64];
+    ends.into_iter().find(|end| !visible(end.to_radians().tan().powi(2))).unwrap_or(90.0)
+}
+
+/// The masking as published, or as fitted where a material file gives none.
+fn published_masking(sheet: &Sheet<'_>) -> [FittedMasking; 3] {
+    std::array::from_fn(|c| {
+        let params = &sheet.material.channels[c];
+        match ChannelBrdf::new(params, MaskingKind::Fitted).masking {
+            Masking::Fitted(fitted) => fitted,
+            Masking::Exact(smith) => FittedMasking::fit(&smith),
+        }
+    })
+}
+
+fn masking(sheet: &Sheet<'_>) -> String {
+    let exact =
+        sheet.sgd.channels.each_ref().map(|channel| angles(|c, s| channel.masking.g1(c / s)));
+    let fitted = published_masking(sheet).map(|masking| angles(|c, s| masking.g1(c / s)));
+    let mut curves = by_channel(fitted, " dashed");
+    curves.extend(by_channel(exact, ""));
+    chart("G1 · exact and, dashed, as fitted", "θ [°]", "G1", Axis::linear("", 0.0, 1.0), curves)
+}
+
+fn masking_difference(sheet: &Sheet<'_>) -> String {
+    let fitted = published_masking(sheet);
+    let curves: [Vec<[f64; 2]>; 3] = std::array::from_fn(|c| {
+        let exact = &sheet.sgd.channels[c].masking;
+        angles(|cos, sin| fitted[c].g1(cos / sin) - exact.g1(cos / sin))
+    });
+    let largest = curves.iter().flatten().map(|p| p[1].abs()).fold(1e-4, f64::max);
+    let y = Axis::linear("", -largest, largest);
+    chart("G1 · fitted − exact", "θ [°]", "ΔG1", y, by_channel(curves, ""))
+}
+
+fn albedo(sheet: &Sheet<'_>) -> String {
+    let curves = sheet.audit.channels.each_ref().map(|channel| {
+        channel.albedo.iter().map(|at| [at.theta_deg, at.albedo]).collect::<Vec<_>>()
+    });
+    let highest = curves.iter().flatten().map(|p| p[1]).fold(1.0, f64::max);
+    let mut all = vec![Curve { class: "limit".into(), points: vec![[0.0, 1.0], [90.0, 1.0]] }];
+    all.extend(by_channel(curves, ""));
+    chart(
+        "Directional albedo",
+        "θo [°]",
+        "∫ f cosθi dωi",
+        Axis::linear("", 0.0, highest * 1.05),
+        all,
+    )
+}
+
+/// (θ in degrees, value of its cosine and sine) in even steps from 0 to 90°.
+fn angles(value: impl Fn(f64, f64) -> f64) -> Vec<[f64; 2]> {
+    angles_to(90.0, value)
+}
+
+/// The same up to `end` degrees, 90° itself just missed.
+fn angles_to(end: f64, value: impl Fn(f64, f64) -> f64) -> Vec<[f64; 2]> {
+    const STEPS: u32 = 180;
+    let at = |step: u32| {
+        let theta_deg = end * f64::from(step) / f64::from(STEPS) * (1.0 - 1e-9);
+        let (cos, sin) = cos_sin_degrees(theta_deg);
+        [theta_deg, value(cos, sin)]
+    };
+    (0..=STEPS).map(at).collect()
+}
+
+fn by_channel(curves: [Vec<[f64; 2]>; 3], class: &str) -> Vec<Curve> {
+    let curve = |(points, channel): (Vec<[f64; 2]>, Channel)| Curve {
+        class: format!("{}{class}", channel.name()),
+        points,
+    };
+    curves.into_iter().zip(Channel::ALL).map(curve).collect()
+}
+
+fn chart(title: &str, x: &str, y_label: &str, y: Axis, curves: Vec<Curve>) -> String {
+    let y = Axis { label: y_label.to_owned(), ..y };
+    let x = Axis::linear(x, 0.0, 90.0);
+    Chart { title: title.to_owned(), size: CHART_SIZE, x, y, curves, marks: Vec::new() }.svg()
+}

@@ -1,0 +1,101 @@
+//! Speed against error as Markdown and as a picture.
+
+use std::fmt::Write as _;
+
+use crate::encode::GENERATOR;
+use crate::report::chart::{Axis, Chart, Curve, Mark};
+use crate::report::machine::Machine;
+use crate::report::sheet_page::STYLE;
+use crate::report::speed_error::{Measured, SpeedError};
+
+/// The report of several materials; `picture` names the file of a material's picture.
+#[must_use]
+pub fn markdown(
+    reports: &[SpeedError],
+    machine: &Machine,
+    picture: impl Fn(&str) -> String,
+) -> String {
+    let mut page = format!(
+        "# Speed against error\n\nMeasured by {GENERATOR} on {}. Times are medians of rounds taken in \
+         turns, of pairs of directions spread over the hemisphere; the spread is half the distance \
+         between the quartiles. Errors are against the exact f64 reflectance: |Δf|cosθi over the \
+         largest f·cosθi of the same wo, over lights drawn from the surface's own lobe, and ΔE2000 on \
+         a ball under one light. **Bold** methods are on the Pareto front of time and largest error; \
+         differences below 10 % count as none.\n",
+        machine.describe()
+    );
+    for report in reports {
+        let _ = write!(
+            page,
+            "\n## {0}\n\n![{0}]({1})\n\n{2}",
+            report.material,
+            picture(&report.material),
+            table(&report.methods)
+        );
+    }
+    page
+}
+
+fn table(methods: &[Measured]) -> String {
+    let mut text = String::from(
+        "| method | ns per RGB | ± | repeats | bytes | preparation, ms | largest error | RMS error | ΔE mean | ΔE largest |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for m in methods {
+        let name = if m.front { format!("**{}**", m.method) } else { m.method.clone() };
+        let _ = writeln!(
+            text,
+            "| {name} | {:.1} | {:.1} | {} | {} | {:.3} | {:.1e} | {:.1e} | {:.3} | {:.2} |",
+            m.time.median_ns,
+            m.time.spread_ns,
+            m.time.repeats,
+            m.bytes,
+            m.preparation_ms,
+            m.error.max,
+            m.error.rms,
+            m.error.delta_e_mean,
+            m.error.delta_e_max,
+        );
+    }
+    text
+}
+
+/// Errors below this are drawn on the axis: what rounding in f64 leaves.
+const SMALLEST_ERROR: f64 = 1e-14;
+
+/// Time against largest error of a material's methods, the front drawn: a complete SVG file.
+#[must_use]
+pub fn picture(report: &SpeedError) -> String {
+    let at = |m: &Measured| [m.time.median_ns, m.error.max.max(SMALLEST_ERROR)];
+    let mut front: Vec<&Measured> = report.methods.iter().filter(|m| m.front).collect();
+    front.sort_by(|a, b| a.time.median_ns.total_cmp(&b.time.median_ns));
+    let mark = |m: &Measured| Mark {
+        class: if m.front { "front".to_owned() } else { String::new() },
+        at: at(m),
+        label: m.method.clone(),
+    };
+    // The front's labels are placed first, beside their points.
+    let (first, rest): (Vec<&Measured>, Vec<&Measured>) =
+        report.methods.iter().partition(|m| m.front);
+    let times = || report.methods.iter().map(|m| m.time.median_ns);
+    let chart = Chart {
+        title: format!("{}: largest error against time", report.material),
+        size: [960.0, 620.0],
+        x: Axis::decades(
+            "ns per RGB evaluation",
+            times().fold(f64::INFINITY, f64::min),
+            times().fold(0.0, f64::max) * 2.0,
+        ),
+        y: Axis::decades(
+            "largest error, relative to the largest f·cosθi of the same wo",
+            SMALLEST_ERROR,
+            1.0,
+        ),
+        curves: vec![Curve {
+            class: "front".to_owned(),
+            points: front.iter().map(|m| at(m)).collect(),
+        }],
+        marks: first.into_iter().chain(rest).map(mark).collect(),
+    };
+    chart.file(STYLE)
+}

@@ -1,0 +1,136 @@
+//! The triangles of a scene, for a program that looks at it instead of passing it on.
+
+use base64::{Engine as _, prelude::BASE64_STANDARD};
+use glam::{DMat4, DVec3, Mat4, Vec3};
+use gltf::mesh::Mode;
+
+use super::resource::Resource;
+use super::{Scene, SceneError};
+
+/// A triangle in the scene's world frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// Corners.
+    pub corners: [DVec3; 3],
+    /// Unit normals at the corners, where the scene has them.
+    pub normals: Option<[DVec3; 3]>,
+}
+
+impl Scene {
+    /// Every triangle of the default scene, or of the first, at its place in the world.
+    ///
+    /// # Errors
+    /// A document that is not valid glTF or requires an extension that is not read (compressed
+    /// geometry), and buffers that cannot be read.
+    pub fn triangles(&self) -> Result<Vec<Triangle>, SceneError> {
+        let invalid =
+            |error: gltf::Error| SceneError::Invalid("document".into(), error.to_string());
+        let document = gltf::Gltf::from_slice(self.text.as_bytes()).map_err(invalid)?.document;
+        let buffers = document.buffers().map(|b| self.buffer(&b)).collect::<Result<Vec<_>, _>>()?;
+        let mut triangles = Vec::new();
+        let scene = document.default_scene().or_else(|| document.scenes().next());
+        let roots = scene.iter().flat_map(gltf::Scene::nodes);
+        let mut nodes: Vec<(gltf::Node<'_>, DMat4)> = roots.map(|n| (n, DMat4::IDENTITY)).collect();
+        while let Some((node, parent)) = nodes.pop() {
+            let place = parent * Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
+            for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
+                append(&primitive, &buffers, place, &mut triangles);
+            }
+            nodes.extend(node.children().map(|child| (child, place)));
+        }
+        Ok(triangles)
+    }
+
+    fn buffer(&self, buffer: &gltf::Buffer<'_>) -> Result<Vec<u8>, SceneError> {
+        let place = || format!("buffers/{}", buffer.index());
+        let absent = |what: &str| SceneError::Invalid(place(), what.to_owned());
+        let uri = match buffer.source() {
+            gltf::buffer::Source::Bin => {
+                let pieces = self.bin.as_ref().ok_or_else(|| absent("no BIN chunk"))?;
+                let mut bytes = Vec::new();
+                pieces.iter().try_for_each(|piece| piece.write_to(&mut bytes))?;
+                return Ok(bytes);
+            }
+            gltf::buffer::Source::Uri(uri) => uri,
+        };
+        match Resource::new(uri)? {
+            Some(resource) => Ok(std::fs::read(resource.locate(self.folder())?)?),
+            None => {
+                let data = uri.split_once(";base64,").ok_or_else(|| absent("no base64 data"))?.1;
+                BASE64_STANDARD.decode(data).map_err(|error| absent(&error.to_string()))
+            }
+        }
+    }
+}
+
+fn append(
+    primitive: &gltf::Primitive<'_>,
+    buffers: &[Vec<u8>],
+    place: DMat4,
+    triangles: &mut Vec<Triangle>,
+) {
+    let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
+    let Some(positions) = reader.read_positions() else { return };
+    let positions: Vec<DVec3> =
+        positions.map(|p| place.transform_point3(Vec3::from(p).as_dvec3())).collect();
+    let to_normal = place.inverse().transpose();
+    let normals: Option<Vec<DVec3>> = reader.read_normals().map(|normals| {
+        let turned = normals.map(|n| to_normal.transform_vector3(Vec3::from(n).as_dvec3()));
+        turned.map(|n| n.normalize_or(DVec3::Z)).collect()
+    });
+    let indices: Vec<usize> = reader.read_indices().map_or_else(
+        || (0..positions.len()).collect(),
+        |indices| indices.into_u32().map(|index| index as usize).collect(),
+    );
+    let corners = |ids: [usize; 3], of: &[DVec3]| -> Option<[DVec3; 3]> {
+        Some([*of.get(ids[0])?, *of.get(ids[1])?, *of.get(ids[2])?])
+    };
+    let triangle = |ids: [usize; 3]| {
+        let normals = normals.as_ref().and_then(|normals| corners(ids, normals));
+        corners(ids, &positions).map(|corners| Triangle { corners, normals })
+    };
+    triangles.extend(index_triples(primitive.mode(), &indices).into_iter().filter_map(triangle));
+}
+
+/// The corners of each triangle; points and lines have none.
+fn index_triples(mode: Mode, indices: &[usize]) -> Vec<[usize; 3]> {
+    match mode {
+        Mode::Triangles => indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
+        Mode::TriangleStrip => indices
+            .windows(3)
+            .enumerate()
+            .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] })
+            .collect(),
+        Mode::TriangleFan => {
+            indices.windows(2).skip(1).map(|pair| [indices[0], pair[0], pair[1]]).collect()
+        }
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_ball_is_round_and_faces_outwards() {
+        let triangles = Scene::ball(32).expect("a size it can have").triangles().expect("valid");
+        assert!(triangles.len() > 500);
+        for Triangle { corners, normals } in triangles {
+            let radius = corners[0].length();
+            for (corner, normal) in corners.into_iter().zip(normals.expect("smooth")) {
+                assert!((corner.length() - radius).abs() < 1e-5);
+                assert!(corner.dot(normal) > 0.99 * radius);
+            }
+        }
+    }
+
+    #[test]
+    fn strips_and_fans_keep_their_winding() {
+        let indices = [0, 1, 2, 3];
+        assert_eq!(index_triples(Mode::TriangleStrip, &indices), [[0, 1, 2], [2, 1, 3]]);
+        assert_eq!(index_triples(Mode::TriangleFan, &indices), [[0, 1, 2], [0, 2, 3]]);
+        assert!(index_triples(Mode::Lines, &indices).is_empty());
+        assert!(index_triples(Mode::TriangleFan, &[]).is_empty());
+    }
+}
