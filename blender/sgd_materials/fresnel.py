@@ -8,14 +8,17 @@ With s = 1 - cos(theta_d),
 is a fifth and a first power that share the constant. A share b of it goes with the first:
 
     quintic  f0 - f1 - b  ->  1 - f1 - b        (s = 0  ->  s = 1)
-    linear             b  ->  f1 + b            b = max(0, -f1)
+    linear             b  ->  f1 + b
 
-A published F may leave [0, 1], and then ends of the quintic lie below 0. Cycles' closure
-is size * tint * (f0' + (f90' - f0') s^n) with size >= 0 and f0' in [0, 1], any tint and
+A published F may leave [0, 1], and then ends lie below 0. Cycles' closure is
+size * tint * (f0' + (f90' - f0') s^n) with size >= 0 and f0' in [0, 1], any tint and
 f90': every F can be written. But Cycles picks closures by the mean of tint * (...) over
-the channels, which has to stay positive. So a channel that goes below 0 has its ends
-shrunk and its size grown, which changes the mean and not the value. Only where no
-channel is above 0 at an end, all are raised to 0 there, and `raised` is the loss.
+the channels, which has to stay positive:
+
+* b = max(0, -f1) leaves only the quintic below 0. A channel that goes there has its ends
+  shrunk and its size grown, which changes the mean and not the value.
+* Where no channel of the quintic is above 0 at normal incidence, b = f0 - f1: the linear
+  term rises from below 0 at once, and its mean over a wide lobe is positive.
 """
 
 from dataclasses import dataclass
@@ -32,35 +35,28 @@ class Schlick:
     tint: tuple
     f0: tuple
     f90: tuple
-    raised: tuple
 
 
 def split(channels):
     """The (quintic, linear) terms of (f0, f1) pairs, one per channel."""
-    quintic, linear = zip(*(_ends(f0, f1) for f0, f1 in channels))
-    return _term(quintic), _term(linear)
+    shares = [max(0.0, -f1) for _, f1 in channels]
+    if all(f0 - f1 <= b for (f0, f1), b in zip(channels, shares)):
+        shares = [f0 - f1 for f0, f1 in channels]
+    return (_term([(f0 - f1 - b, 1.0 - f1 - b) for (f0, f1), b in zip(channels, shares)]),
+            _term([(b, f1 + b) for (_, f1), b in zip(channels, shares)]))
 
 
-def below_zero(f0, f1):
-    """Whether the quintic of a channel goes below 0."""
-    return min(_ends(f0, f1)[0]) < 0.0
+def leaves_range(f0, f1):
+    """Whether an end of F, or of its quintic, is below 0 or above 1."""
+    return f0 < f1 or f1 > 1.0 or f0 - f1 > 1.0
 
 
-def _ends(f0, f1):
-    """(normal, grazing) of the quintic and of the linear term."""
-    b = max(0.0, -f1)
-    return (f0 - f1 - b, 1.0 - f1 - b), (b, f1 + b)
-
-
-def _term(published):
-    floor = [0.0 if all(end <= 0.0 for end in side) else min(side) for side in zip(*published)]
-    ends = [tuple(map(max, pair, floor)) for pair in published]
+def _term(ends):
     shrink = _shrink([_scaled(pair, _size(pair)) for pair in ends])
     sizes = [_size(pair) / (shrink if min(pair) < 0.0 else 1.0) for pair in ends]
     tint = [-1.0 if normal < 0.0 else 1.0 for normal, _ in ends]
     f0, f90 = zip(*(_scaled(pair, sign * size) for pair, sign, size in zip(ends, tint, sizes)))
-    raised = [max(a - b for a, b in zip(pair, before)) for pair, before in zip(ends, published)]
-    return Schlick(tuple(sizes), tuple(tint), f0, f90, tuple(raised))
+    return Schlick(tuple(sizes), tuple(tint), f0, f90)
 
 
 def _size(pair):
@@ -72,7 +68,7 @@ def _scaled(pair, size):
 
 
 def _shrink(ends):
-    """The factor on channels below 0 that keeps the mean above 0 at both ends; at most 1."""
-    room = [sum(end for end in side if end > 0.0) / -below
-            for side in zip(*ends) if (below := sum(end for end in side if end < 0.0))]
+    """The factor on channels below 0 that keeps the mean above 0 at each end that has one above."""
+    room = [above / -below for side in zip(*ends)
+            if (below := sum(end for end in side if end < 0.0)) and (above := sum(end for end in side if end > 0.0))]
     return min([1.0, *(NEGATIVE_SHARE * each for each in room)])

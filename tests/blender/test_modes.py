@@ -59,7 +59,7 @@ def test_the_panel_says_what_is_lost(scene, manifest):
     notes = {material.name: " ".join(panel.notes(scene, material))
              for material in operators.import_manifest(manifest, "", "LOBES")}
     assert "No visible specular" in notes["black-fabric"] or "lobes left out" in notes["black-fabric"]
-    assert "shown as 0 there" in notes["white-fabric2"]
+    assert "leaves [0, 1]" in notes["white-fabric2"]
     assert "leaves [0, 1]" in notes["alum-bronze"]
     assert notes["gold-paint"] == ""
     scene.cycles.shading_system = False
