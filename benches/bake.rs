@@ -1,0 +1,57 @@
+//! The cost of baking: the 2D set of the whole catalogue at a tolerance, a 256³ table, an albedo
+//! table, and their files. Ratios within one run are what counts.
+
+use divan::{Bencher, black_box};
+use sgdbake::brdf::ChannelBrdf;
+use sgdbake::encode::{exr, ktx2};
+use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Row, albedo, bake, volume};
+use sgdbake::material::{Material, catalog, find};
+use sgdbake::microfacet::masking::MaskingKind;
+
+fn main() {
+    divan::main();
+}
+
+fn row(name: &str) -> Row {
+    let material = &find(name).expect("in the catalogue").material;
+    let channels = material.channels.each_ref().map(|c| ChannelBrdf::new(c, MaskingKind::Exact));
+    Row::new(name, &channels, [true; 3])
+}
+
+/// The search, its verification and the tables, at tolerance 1e-3.
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn catalogue_2d() -> usize {
+    let materials: Vec<&Material> = catalog().iter().map(|entry| &entry.material).collect();
+    let request = Request {
+        quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+        masking: MaskingKind::Exact,
+        extent: Extent::Tolerance(1e-3),
+        depths: Depths::Smallest,
+    };
+    bake(&materials, &request).expect("within reach").tables.len()
+}
+
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn volume_256(bencher: Bencher<'_, '_>) {
+    let row = row("gold-paint");
+    bencher.bench(|| volume::tabulate(black_box(&row), 0, [256; 3], Depth::Half));
+}
+
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn volume_256_as_ktx2(bencher: Bencher<'_, '_>) {
+    let table = volume::tabulate(&row("gold-paint"), 0, [256; 3], Depth::Half);
+    bencher.bench(|| ktx2::encode(black_box(&table), "brdf3d-0.ktx2"));
+}
+
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn volume_256_as_exr(bencher: Bencher<'_, '_>) {
+    let table = volume::tabulate(&row("gold-paint"), 0, [256; 3], Depth::Half);
+    bencher.bench(|| exr::encode(black_box(&table), "brdf3d-0.exr"));
+}
+
+/// 128 texels, 3072 quadrature points each, three channels.
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn albedo_128(bencher: Bencher<'_, '_>) {
+    let rows = [row("gold-paint")];
+    bencher.bench(|| albedo::tabulate(black_box(&rows), 128, Depth::Half));
+}
