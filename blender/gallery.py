@@ -24,8 +24,8 @@ def main(argv):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("manifest", type=Path)
     parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--size", type=int, default=144, help="pixels on a side of one ball")
-    parser.add_argument("--samples", type=int, default=96)
+    parser.add_argument("--size", type=int, default=128, help="pixels on a side of one ball")
+    parser.add_argument("--samples", type=int, default=48)
     args = parser.parse_args(argv)
 
     stage.clear()

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import json
+import shutil
 import struct
+import subprocess
 
 import bpy
 import pytest
+from conftest import ROOT
 
 import stage
 
+VALIDATOR = ROOT / "tests/js/validate.mjs"
 NAME = "SGD_materials_shifted_gamma"
 
 
@@ -71,3 +75,12 @@ def test_a_wrong_version_leaves_the_fit_and_says_so(scene, glb, tmp_path, capfd)
     assert not material.sgd_material.description
     assert material.node_tree.nodes["Principled BSDF"]
     assert "this extension reads version 1" in "".join(capfd.readouterr())
+
+
+def test_the_export_is_valid(imported, tmp_path):
+    if shutil.which("node") is None or not VALIDATOR.with_name("node_modules").is_dir():
+        pytest.skip("the glTF validator is not installed (npm ci in tests/js)")
+    path = tmp_path / "again.glb"
+    bpy.ops.export_scene.gltf(filepath=str(path), export_extras=True)
+    report = subprocess.run(["node", VALIDATOR, path], check=True, text=True, stdout=subprocess.PIPE).stdout
+    assert json.loads(report)["errors"] == []
