@@ -56,12 +56,17 @@ pub(super) struct Lines<'p, R> {
     pub warnings: Vec<String>,
     /// Why reading stopped.
     pub error: Option<String>,
-    /// The line being read, from 1.
-    pub number: usize,
+    /// The last line read, from 1.
+    number: usize,
+    /// Where the rewritten form of a line ends in `out`, and its number.
+    ends: Vec<(usize, usize)>,
     ignored: usize,
 }
 
 const PROGRESS_STEP: u64 = 1 << 20;
+
+/// Lines are rewritten ahead until there are so many bytes.
+const BATCH: usize = 1 << 15;
 
 impl<'p, R: BufRead> Lines<'p, R> {
     pub fn new(inner: R, progress: &'p mut dyn FnMut(u64)) -> Self {
@@ -82,6 +87,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
             warnings: Vec::new(),
             error: None,
             number: 0,
+            ends: Vec::new(),
             ignored: 0,
         }
     }
@@ -252,11 +258,35 @@ impl<'p, R: BufRead> Lines<'p, R> {
         if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
             return None;
         }
+        if !negative && digits.len() < 10 {
+            return Some(digits.iter().any(|digit| *digit != b'0'));
+        }
         let value = digits.iter().fold(0, |value: i64, digit| {
             value.saturating_mul(10).saturating_add((digit - b'0').into())
         });
         let limit = if negative { self.counts[kind] } else { i64::from(u32::MAX) };
         Some((1..=limit).contains(&value))
+    }
+
+    /// Rewrites lines until there is a batch, an error, or no more of them.
+    fn rewrite_batch(&mut self) {
+        self.out.clear();
+        self.ends.clear();
+        self.at = 0;
+        while self.error.is_none() && self.out.len() < BATCH {
+            match self.next_line() {
+                Ok(true) => self.error = self.rewrite().err(),
+                Ok(false) => return self.end(),
+                Err(error) => self.error = Some(error.to_string()),
+            }
+            self.ends.push((self.out.len(), self.number));
+        }
+    }
+
+    /// The line that was handed out last, from 1.
+    pub fn line(&self) -> usize {
+        let last = self.ends.iter().find(|(end, _)| self.at > 0 && *end >= self.at);
+        last.map_or(self.number, |(_, number)| *number)
     }
 
     fn emit(&mut self, texts: &[&str]) {
@@ -286,17 +316,9 @@ fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 impl<R: BufRead> BufRead for Lines<'_, R> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        while self.at == self.out.len() {
-            self.out.clear();
-            self.at = 0;
-            let read =
-                self.next_line().inspect_err(|error| self.error = Some(error.to_string()))?;
-            if !read {
-                self.end();
-                break;
-            }
-            if let Err(reason) = self.rewrite() {
-                self.error = Some(reason);
+        if self.at == self.out.len() {
+            self.rewrite_batch();
+            if self.out.is_empty() && self.error.is_some() {
                 return Err(io::ErrorKind::InvalidData.into());
             }
         }

@@ -44,9 +44,10 @@ pub(super) fn open(
         let name = index.display().to_string();
         Ok((vec![Material { name: name.clone(), ..Material::default() }], [(name, 0)].into()))
     });
-    let Lines { groups, materials, libraries, mut warnings, error, number, .. } = lines;
+    let line = lines.line();
+    let Lines { groups, materials, libraries, mut warnings, error, .. } = lines;
     let (models, _) = loaded.map_err(|problem| SceneError::Obj {
-        line: number,
+        line,
         reason: match (problem, error) {
             (LoadError::ReadError, Some(reason)) => reason,
             _ => problem.to_string(),
