@@ -1,5 +1,8 @@
 //! The reflectance of a measured material for one pair of directions, and its factors.
 
+// An example shows what it found.
+#![allow(clippy::print_stdout)]
+
 use sgdbake::brdf::SgdBrdf;
 use sgdbake::material::{Channel, UnknownMaterial, find};
 use sgdbake::math::direction::spherical;

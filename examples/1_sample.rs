@@ -1,5 +1,8 @@
 //! The directional albedo of a measured material by Monte Carlo, beside its quadrature.
 
+// An example shows what it found.
+#![allow(clippy::print_stdout)]
+
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use sgdbake::brdf::albedo::directional_albedo;

@@ -1,5 +1,8 @@
 //! Lookup textures of two materials, as EXR bytes.
 
+// An example shows what it found.
+#![allow(clippy::print_stdout)]
+
 use sgdbake::encode::exr;
 use sgdbake::lut::{Depths, Extent, Quantity, Request, bake};
 use sgdbake::material::find;

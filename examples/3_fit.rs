@@ -1,5 +1,8 @@
 //! The best glTF material, and the best single lobes, with their residuals.
 
+// An example shows what it found.
+#![allow(clippy::print_stdout)]
+
 use sgdbake::brdf::one_lobe::Distribution;
 use sgdbake::fit::{Metric, gltf, one_lobe};
 use sgdbake::material::{UnknownMaterial, find};

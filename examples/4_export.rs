@@ -1,5 +1,8 @@
 //! A scene whose slot takes a measured material: a .glb with the best glTF fit.
 
+// An example shows what it found.
+#![allow(clippy::print_stdout)]
+
 use std::path::Path;
 
 use sgdbake::fit::gltf;
@@ -17,7 +20,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         specular: Some(Specular { factor: best.specular_factor, color: best.specular_color }),
         clearcoat: None,
         extension: serde_json::Map::new(),
-        extras: serde_json::to_value(&material.channels)?,
+        extras: serde_json::to_value(material.channels)?,
         textures: Vec::new(),
     };
     let scene = Scene::ball(48)?;

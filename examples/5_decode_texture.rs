@@ -1,5 +1,8 @@
 //! D(h) read back from an EXR file with nothing but what the manifest says.
 
+// An example shows what it found.
+#![allow(clippy::print_stdout)]
+
 use std::io::Cursor;
 
 use exr::prelude::{ReadChannels as _, ReadLayers as _, read};

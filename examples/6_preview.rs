@@ -1,5 +1,8 @@
 //! A ball in a measured material beside its best GGX fit, and how different they look.
 
+// An example shows what it found.
+#![allow(clippy::print_stdout)]
+
 use sgdbake::material::find;
 use sgdbake::preview::render::{Quality, drawn_from, render};
 use sgdbake::preview::{Environment, Model, Shape};

@@ -1,5 +1,8 @@
 //! A material of one's own: parameters from a file's text, checked, completed and evaluated.
 
+// An example shows what it found.
+#![allow(clippy::print_stdout)]
+
 use sgdbake::brdf::SgdBrdf;
 use sgdbake::brdf::albedo::directional_albedo;
 use sgdbake::material::parse;

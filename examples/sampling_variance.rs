@@ -3,6 +3,9 @@
 //!
 //!     cargo run --release --example sampling_variance
 
+// An example shows what it found.
+#![allow(clippy::print_stdout)]
+
 use glam::DVec3;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
@@ -50,7 +53,9 @@ fn per_channel(material: &Material) -> [Sampler; 3] {
 }
 
 fn variance_table() {
-    println!("| material, θo | vndf | vndf, a direction per channel | ggx, tuned width | ggx, width α | published |");
+    println!(
+        "| material, θo | vndf | vndf, a direction per channel | ggx, tuned width | ggx, width α | published |"
+    );
     println!("|---|---|---|---|---|---|");
     for name in ["chrome", "blue-acrylic", "gold-metallic-paint2", "gold-paint", "pink-fabric"] {
         let material = &find(name).expect("in the catalogue").material;
@@ -67,8 +72,7 @@ fn variance_table() {
             let albedo = directional_albedo(&brdf, wo.z);
             let [vndf, ggx, narrow] =
                 samplers.each_ref().map(|sampler| noise(albedo, |u| shared(sampler, wo, u)));
-            let separate =
-                noise(albedo, |u| std::array::from_fn(|c| shared(&own[c], wo, u)[c]));
+            let separate = noise(albedo, |u| std::array::from_fn(|c| shared(&own[c], wo, u)[c]));
             let published = noise(albedo, |u| {
                 brdf.channels.each_ref().map(|channel| published_sample(channel, wo, u).printed)
             });
@@ -104,7 +108,9 @@ fn erratum_table() {
 }
 
 fn main() {
-    println!("Second moment E[w²] of the weights over the squared albedo, and in brackets the largest of {DRAWS} weights over the albedo; the worst of the three channels.\n");
+    println!(
+        "Second moment E[w²] of the weights over the squared albedo, and in brackets the largest of {DRAWS} weights over the albedo; the worst of the three channels.\n"
+    );
     variance_table();
     println!("\nSpecular albedo of gold-paint green, fitted masking.\n");
     erratum_table();

@@ -4,6 +4,9 @@
 //!
 //!     cargo run --release --example study_fit_objective -- ENVIRONMENT.hdr
 
+// An example shows what it found.
+#![allow(clippy::print_stdout)]
+
 use std::error::Error;
 use std::path::Path;
 

@@ -65,7 +65,7 @@ enum Model {
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 enum Fit {
-    OneLobe(OneLobeFit),
+    OneLobe(Box<OneLobeFit>),
     Lobes(LobesFit),
     Gltf(GltfFit),
 }
@@ -225,7 +225,7 @@ impl Model {
 
     fn fit(self, target: &Target, count: usize) -> Fit {
         let one_lobe = |distribution| {
-            Fit::OneLobe(one_lobe::fit_target(target, distribution, Metric::default()))
+            Fit::OneLobe(Box::new(one_lobe::fit_target(target, distribution, Metric::default())))
         };
         match self {
             Self::Beckmann => one_lobe(Distribution::Beckmann),

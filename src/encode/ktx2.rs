@@ -69,7 +69,7 @@ fn data_format_descriptor(channel_bytes: u32) -> Vec<u8> {
     ];
     for (i, channel) in [0, 1, 2, 15].into_iter().enumerate() {
         let bits = 8 * channel_bytes;
-        words.push(i as u32 * bits | (bits - 1) << 16 | (channel | FLOAT_SIGNED) << 24);
+        words.push((i as u32 * bits) | ((bits - 1) << 16) | (channel | FLOAT_SIGNED) << 24);
         words.extend([0, (-1f32).to_bits(), 1f32.to_bits()]);
     }
     words.into_iter().flat_map(u32::to_le_bytes).collect()

@@ -126,8 +126,7 @@ impl<'a> Search<'a> {
     /// The best of one channel.
     fn channel(&self, c: usize, scan: &[Vec<Minimum>; 3]) -> OneLobeChannel {
         let starts = valleys(&scan[c].iter().map(|m| m.squares).collect::<Vec<_>>());
-        let equations =
-            |x: &DVector<f64>| self.channel_equations(c, x, 0, &self.lobe(x[0])).into();
+        let equations = |x: &DVector<f64>| self.channel_equations(c, x, 0, &self.lobe(x[0])).into();
         let descend = |Valley(i): Valley| {
             minimise(equations, &scan[c][i].x, &bounds(ALPHA_RANGE.map(f64::ln), 1), TOLERANCE)
         };
@@ -283,7 +282,8 @@ mod tests {
         for distribution in [Distribution::Beckmann, Distribution::Ggx] {
             for pair in target.pairs.iter().step_by(17) {
                 let (alpha, step) = (0.3_f64, 1e-5_f64);
-                let at = |sign: f64| lobe_sample(distribution, alpha * (sign * step).exp(), pair).value;
+                let at =
+                    |sign: f64| lobe_sample(distribution, alpha * (sign * step).exp(), pair).value;
                 let difference = (at(1.0) - at(-1.0)) / (2.0 * step);
                 let LobeSample { value, slope } = lobe_sample(distribution, alpha, pair);
                 assert!((slope - difference).abs() <= 1e-6 * (slope.abs() + value), "{pair:?}");

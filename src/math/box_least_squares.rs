@@ -35,8 +35,8 @@ impl<const N: usize> Residuals<N> {
         for i in 0..N {
             let weighted = weight * row[i];
             self.gradient[i] += weighted * residual;
-            for j in 0..=i {
-                self.hessian[i][j] += weighted * row[j];
+            for (product, other) in self.hessian[i].iter_mut().zip(&row[..=i]) {
+                *product += weighted * other;
             }
         }
     }

@@ -158,7 +158,7 @@ impl Chart {
     pub fn file(&self, style: &str) -> String {
         let namespace = "<svg xmlns=\"http://www.w3.org/2000/svg\"";
         let with_style = format!("\"><style>{}</style>", escape(style));
-        let generator = format!("<!-- {} -->\n", GENERATOR);
+        let generator = format!("<!-- {GENERATOR} -->\n");
         generator
             + &self.svg().replacen("<svg", namespace, 1).replacen("\">", &with_style, 1)
             + "\n"
