@@ -198,6 +198,7 @@ def furnace_error(library, manifest, name, mode, samples=64):
     from sgd_materials import operators
 
     plates = stage.tilted_plates(FURNACE_DEGREES)
+    stage.pixel_centres()  # a wider filter would reach past the plates' edges
     stage.constant_world(1.0)
     shown = operators.import_manifest(manifest, name, mode)[0]
     for plate in plates:
