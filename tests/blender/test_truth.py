@@ -9,7 +9,7 @@ import truth
 # What seven widths shared by the channels do not reach: channels of unlike width, each with heavy flanks.
 LOBES_LIMIT = {"steel": 0.02, "gold-metallic-paint2": 0.012}
 # Masking per lobe and height-correlated against separable: most on a wide metal.
-FURNACE_LIMIT = {"black-oxidized-steel": 0.015}
+FURNACE_LIMIT = {"black-oxidized-steel": 0.02}
 
 
 @pytest.mark.parametrize("name", HARD)
