@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Writes the pages under docs/ that the program itself prints: cli.md and audit.md, and with
-# --speed the measurements of speed-error.md. tests/docs.rs fails when cli.md is out of date.
+# --speed the measurements of speed-error.md, with --fits the errors of fits.md (which need the
+# environment image of ../shared, or one named after it). tests/docs.rs fails when cli.md is out of date.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -22,4 +23,9 @@ cli_page >docs/cli.md
 if [[ ${1-} == --speed ]]; then
     materials=(gold-paint chrome alum-bronze blue-acrylic pink-fabric white-paint)
     "$sgdbake" speed-error "${materials[@]/#/--material=}" -o docs
+fi
+if [[ ${1-} == --fits ]]; then
+    environment="${2:-${SGDBAKE_SHARED:-../shared}/models/royal_esplanade_1k.hdr}"
+    cargo run --release --quiet --example 5_fit_objective -- "$environment" >target/fit-objective.md
+    cargo run --release --quiet --example 6_fits_page -- target/fit-objective.md
 fi

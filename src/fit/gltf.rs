@@ -29,10 +29,12 @@ pub struct GltfFit {
 /// Roughness that is searched: below it a lobe is a mirror for any picture.
 pub const ROUGHNESS_RANGE: [f64; 2] = [0.03, 1.0];
 /// Roughness values looked at before the best are refined.
-const SCAN: usize = 10;
+const SCAN: usize = 8;
 /// Relative decrease of Σ r² at which the scan and the refinement end.
-const SCAN_TOLERANCE: f64 = 1e-2;
-const TOLERANCE: f64 = 1e-8;
+const SCAN_TOLERANCE: f64 = 3e-2;
+const TOLERANCE: f64 = 1e-7;
+/// The same at which a coat has shown whether it pays.
+const COAT_TOLERANCE: f64 = 1e-3;
 
 /// An extension is used only where it lowers the residual to this share of what it is without.
 const WORTHWHILE: f64 = 0.95;
@@ -61,6 +63,11 @@ pub fn fit_target(target: &Target, metric: Metric) -> GltfFit {
     chosen.finish(target)
 }
 
+/// Whether `other` has a residual so much lower that its extension pays.
+fn worthwhile(other: &Minimum, without: &Minimum) -> bool {
+    other.squares < WORTHWHILE.powi(2) * without.squares
+}
+
 /// The best so far, and why.
 struct Choice<'a> {
     solution: &'a Minimum,
@@ -70,7 +77,7 @@ struct Choice<'a> {
 impl<'a> Choice<'a> {
     /// Takes `other` where it is worth its extension; the reason is given the residual without.
     fn prefer(&mut self, other: &'a Minimum, reason: impl Fn(f64) -> Reason) {
-        if other.squares < WORTHWHILE.powi(2) * self.solution.squares {
+        if worthwhile(other, self.solution) {
             self.reasons.push(reason(self.solution.squares.sqrt()));
             self.solution = other;
         }
@@ -81,8 +88,24 @@ impl<'a> Choice<'a> {
         if material.metallic > 0.5 {
             self.reasons.push(Reason::Metal);
         }
+        self.reasons.extend(at_range_end(&self.solution.x));
         GltfFit { residuals: target.residuals(&material), material, reasons: self.reasons }
     }
+}
+
+/// The factors that the range of glTF stops, by name.
+fn at_range_end(x: &DVector<f64>) -> Vec<Reason> {
+    let [low, high] = ROUGHNESS_RANGE;
+    let ends = [
+        ("specular colour (F0 = 1)", (F0..F0 + 3).any(|f0| x[f0] >= 1.0)),
+        ("base colour (1)", (BASE..BASE + 3).any(|base| x[base] >= 1.0)),
+        ("roughness (as a mirror)", x[ROUGHNESS] <= low),
+        ("roughness (1)", x[ROUGHNESS] >= high),
+    ];
+    ends.into_iter()
+        .filter(|(_, at_end)| *at_end)
+        .map(|(name, _)| Reason::AtRangeEnd(name))
+        .collect()
 }
 
 /// Where each unknown stands: specular factor, F0 of the three channels, base colour of the three,
@@ -139,14 +162,14 @@ impl Family {
 
 /// The factors of a solution.
 fn gltf_material(x: &DVector<f64>) -> GltfBrdf {
-    // F0 of no consequence is that of glass.
-    let visible = x[SPECULAR] > 0.0 && x[METALLIC] < 1.0;
+    // A specular term below what 16 bits show is none, and its colour of no consequence.
+    let visible = x[SPECULAR] > 1.0 / 65535.0;
     let coated = x[CLEARCOAT] > 0.0;
     GltfBrdf {
         base_color: std::array::from_fn(|c| x[BASE + c]),
         metallic: x[METALLIC],
         roughness: x[ROUGHNESS],
-        specular_factor: x[SPECULAR],
+        specular_factor: if visible { x[SPECULAR] } else { 0.0 },
         specular_color: std::array::from_fn(
             |c| {
                 if visible { x[F0 + c] / DIELECTRIC_F0 } else { 1.0 }
@@ -218,13 +241,19 @@ impl<'a> Search<'a> {
         let equations = |x: &DVector<f64>| {
             self.coated_equations(x, &self.lobe(x[ROUGHNESS]), &self.lobe(x[COAT_ROUGHNESS]))
         };
+        let bounds = Family::Coated.bounds();
         let descend = |factor: f64| {
             let mut x = plain.x.clone();
             x[CLEARCOAT] = 0.5;
             x[COAT_ROUGHNESS] = factor * x[ROUGHNESS];
-            minimise(equations, &x, &Family::Coated.bounds(), TOLERANCE)
+            minimise(equations, &x, &bounds, COAT_TOLERANCE)
         };
-        lowest([0.4, 2.5].into_iter().map(descend))
+        let rough = lowest([0.4, 2.5].into_iter().map(descend));
+        if worthwhile(&rough, plain) {
+            minimise(equations, &rough.x, &bounds, TOLERANCE)
+        } else {
+            rough
+        }
     }
 
     /// V·D at every pair.

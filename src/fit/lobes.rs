@@ -9,7 +9,9 @@ use crate::fit::picture;
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Residuals, Target};
 use crate::material::{ChannelParams, Material};
-use crate::math::box_least_squares::{Bounds, Minimum, NormalEquations, minimise};
+use crate::math::box_least_squares::{
+    Bounds, Minimum, NormalEquations, box_quadratic, damped, minimise,
+};
 use crate::microfacet::{BeckmannNdf, SgdNdf};
 
 /// The best mixture of a given number of lobes.
@@ -39,7 +41,7 @@ const TOLERANCE: f64 = 1e-5;
 /// The weight of the condition Σ_j w_j = 1 next to one sample's relative error.
 const SUM_WEIGHT: f64 = 1e2;
 
-/// The mixture of `count` Beckmann lobes closest to a material's distributions.
+/// The mixture of `count` Beckmann lobes that looks most like a material.
 ///
 /// Least squares of D_fit − D, weighted as in a picture ([`picture::goals`]), over angles spaced by
 /// the lobe's own logarithm, in all log widths and non-negative weights at once. Widths start
@@ -47,20 +49,42 @@ const SUM_WEIGHT: f64 = 1e2;
 /// [1, [`MOST_LOBES`]].
 #[must_use]
 pub fn lobes(material: &Material, count: usize) -> Lobes {
-    Problem::new(material, count.clamp(1, MOST_LOBES)).solve()
+    Problem::new(material, count.clamp(1, MOST_LOBES), picture::goals).solve()
 }
 
-/// That mixture with its residuals, for a target's material.
+/// The mixture of `count` Beckmann lobes whose distribution is closest to a material's.
+///
+/// As [`lobes`], with the relative error (D_fit − D)/(D(0) + D) of every channel in place of the
+/// picture's: no channel is given up for being dark, no angle for being small.
+#[must_use]
+pub fn fit(material: &Material, count: usize) -> LobesFit {
+    fit_target(&Target::new(material), count)
+}
+
+/// [`fit`] for a target's material.
 #[must_use]
 pub fn fit_target(target: &Target, count: usize) -> LobesFit {
     let material = &target.material;
-    let lobes = lobes(material, count);
+    let count = count.clamp(1, MOST_LOBES);
+    let lobes = Problem::new(material, count, distribution_goals).solve();
     LobesFit {
         ndf_error: std::array::from_fn(|c| ndf_error(&lobes, c, &material.channels[c])),
         residuals: target.residuals(&LobesBrdf::new(material, &lobes)),
         reasons: reason::of_material(material),
         lobes,
     }
+}
+
+/// (D, 1) at each angle over D(0) + D, per channel.
+fn distribution_goals(channels: &[ChannelParams; 3], tan2_theta: &[f64]) -> Goals {
+    channels.each_ref().map(|c| {
+        let ndf = SgdNdf::new(c.alpha, c.p);
+        let at = |x: &f64| {
+            let d = ndf.eval(*x);
+            (d / (ndf.peak() + d), 1.0 / (ndf.peak() + d))
+        };
+        tan2_theta.iter().map(at).collect()
+    })
 }
 
 /// max |D_fit − D|/(D(0) + D) of one channel.
@@ -88,21 +112,27 @@ fn core_tan2(c: &ChannelParams) -> f64 {
     c.alpha / (1.0 + c.p / c.alpha)
 }
 
+/// D times its scale, and the scale, at each angle, per channel.
+type Goals = [Vec<(f64, f64)>; 3];
+
 /// The unknowns are n values of ln α, then n weights for each channel.
 struct Problem {
     count: usize,
     tan2_theta: Vec<f64>,
-    /// D times its scale, and the scale, at each angle, per channel.
-    goals: [Vec<(f64, f64)>; 3],
+    goals: Goals,
     /// The range of ln α.
     range: [f64; 2],
 }
 
 impl Problem {
-    fn new(material: &Material, count: usize) -> Self {
+    fn new(
+        material: &Material,
+        count: usize,
+        goals: impl Fn(&[ChannelParams; 3], &[f64]) -> Goals,
+    ) -> Self {
         let channels = &material.channels;
         let tan2_theta = angles(channels, SAMPLES);
-        let goals = picture::goals(channels, &tan2_theta);
+        let goals = goals(channels, &tan2_theta);
         let narrowest = channels.iter().map(core_tan2).fold(f64::INFINITY, f64::min);
         let widest = channels.iter().map(|c| c.alpha).fold(0.0, f64::max);
         let range = [0.5 * (0.1 * narrowest).ln(), 0.5 * widest.ln() + 0.1];
@@ -130,7 +160,7 @@ impl Problem {
     fn solve(&self) -> Lobes {
         const FROM: [f64; 9] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
         const DESCENTS: usize = 3;
-        let mut weighed = FROM.map(|from| self.weigh(&self.even_widths(from)));
+        let mut weighed = FROM.map(|from| self.weigh(self.even_widths(from)));
         weighed.sort_by(|a, b| a.squares.total_cmp(&b.squares));
         let ends = weighed[..DESCENTS]
             .iter()
@@ -139,13 +169,21 @@ impl Problem {
         self.lobes(&best.expect("there are several descents").x)
     }
 
-    /// The weights alone, for the widths of `start`.
-    fn weigh(&self, start: &DVector<f64>) -> Minimum {
-        let mut bounds = self.bounds();
-        for i in 0..self.count {
-            (bounds.lower[i], bounds.upper[i]) = (start[i], start[i]);
+    /// The best weights for the widths of `x`: one quadratic problem per channel.
+    fn weigh(&self, mut x: DVector<f64>) -> Minimum {
+        let n = self.count;
+        let NormalEquations { gradient, hessian, .. } = self.equations(&x);
+        for c in 0..3 {
+            let first = (1 + c) * n;
+            let bounds = Bounds {
+                lower: -x.rows(first, n).into_owned(),
+                upper: DVector::repeat(n, f64::INFINITY),
+            };
+            let hessian = damped(&hessian.view((first, first), (n, n)).into_owned(), 0.0);
+            let step = box_quadratic(&hessian, &gradient.rows(first, n).into_owned(), &bounds);
+            x.rows_mut(first, n).zip_apply(&step, |x, step| *x = (*x + step).max(0.0));
         }
-        minimise(|x| self.equations(x), start, &bounds, TOLERANCE)
+        Minimum { squares: self.equations(&x).squares, x }
     }
 
     /// Widths in their range, weights ≥ 0.

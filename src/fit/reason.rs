@@ -20,16 +20,16 @@ pub enum Reason {
     WidestLobe(Channel),
     /// The glTF material is a metal: only core properties.
     Metal,
-    /// Core properties reach no further than this relative residual; the specular extension halves it.
+    /// Core properties alone leave this weighted residual; the specular extension lowers it.
     SpecularExtension {
-        /// Relative residual with core properties alone.
+        /// √∫(Δg)² with core properties alone.
         core: f64,
     },
     /// A glTF parameter stands at the end of its range.
     AtRangeEnd(&'static str),
-    /// A second lobe lowered the relative residual from this value.
+    /// A second lobe lowered the weighted residual from this value.
     Clearcoat {
-        /// Relative residual without it.
+        /// √∫(Δg)² without it.
         without: f64,
     },
 }
@@ -57,11 +57,11 @@ impl fmt::Display for Reason {
                 out.write_str("a metal: core properties alone come within 5 % of the best residual")
             }
             Self::SpecularExtension { core } => {
-                write!(out, "core properties alone leave a relative residual of {core:.4}")
+                write!(out, "core properties alone leave an error of {core:.4} in lightness")
             }
             Self::AtRangeEnd(parameter) => write!(out, "{parameter} is at the end of its range"),
             Self::Clearcoat { without } => {
-                write!(out, "without the clearcoat the relative residual is {without:.4}")
+                write!(out, "without the clearcoat the error in lightness is {without:.4}")
             }
         }
     }

@@ -72,13 +72,13 @@ pub struct Resolution {
     pub theta_h: usize,
     /// Difference angle.
     pub theta_d: usize,
-    /// Difference azimuth.
+    /// Difference azimuth, in each quarter turn.
     pub phi_d: usize,
 }
 
 impl Default for Resolution {
     fn default() -> Self {
-        Self { theta_h: 24, theta_d: 6, phi_d: 4 }
+        Self { theta_h: 24, theta_d: 5, phi_d: 3 }
     }
 }
 
@@ -102,7 +102,7 @@ impl Target {
 
     /// How far `reflectance` is from the target.
     #[must_use]
-    pub fn residuals(&self, reflectance: &impl Reflectance) -> Residuals {
+    pub fn residuals(&self, reflectance: &(impl Reflectance + ?Sized)) -> Residuals {
         let values: Vec<[f64; 3]> =
             self.pairs.iter().map(|pair| reflectance.eval(pair.wi, pair.wo)).collect();
         let [cosine, cube_root, log] = Metric::ALL
@@ -138,15 +138,15 @@ fn lobe_scale(material: &Material) -> f64 {
 }
 
 /// Quadrature over pairs in (ln(1 + tan²θh/s), θd, φd), with
-/// dωi dωo = 4 cosθd · dωh dωd and cosθo as weight; pairs below the horizon left out.
+/// dωi dωo = 4 cosθd · dωh dωd and cosθo as weight, θd up to where a direction meets the horizon.
 fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
     let theta_d_rule = gauss_legendre(resolution.theta_d);
-    let mut pairs = Vec::with_capacity(resolution.theta_h * resolution.theta_d * resolution.phi_d);
+    let phi_d_rule = azimuths(resolution.phi_d);
+    let mut pairs = Vec::with_capacity(resolution.theta_h * theta_d_rule.len() * phi_d_rule.len());
     for (tan2_theta_h, theta_h_weight) in half_angles(scale, resolution.theta_h) {
         for theta_d in &theta_d_rule {
-            for k in 0..resolution.phi_d {
-                let phi_d = PI * (k as f64 + 0.5) / resolution.phi_d as f64;
-                pairs.extend(pair(tan2_theta_h, theta_h_weight, *theta_d, phi_d));
+            for (phi_d, phi_d_weight) in &phi_d_rule {
+                pairs.extend(pair(tan2_theta_h, theta_h_weight * phi_d_weight, *theta_d, *phi_d));
             }
         }
     }
@@ -155,9 +155,19 @@ fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
     pairs
 }
 
+/// φd and its weight over the half turn; the horizon has a kink at the quarter.
+fn azimuths(nodes: usize) -> Vec<(f64, f64)> {
+    let quarter = gauss_legendre(nodes);
+    let both = |node: &Node| {
+        let phi_d = node.x * FRAC_PI_2;
+        [(phi_d, node.weight), (PI - phi_d, node.weight)]
+    };
+    quarter.iter().flat_map(both).collect()
+}
+
 /// (tan²θh, sinθh dθh) over the hemisphere.
 fn half_angles(scale: f64, nodes: usize) -> Vec<(f64, f64)> {
-    const LARGEST: f64 = 1e3;
+    const LARGEST: f64 = 200.0;
     let length = (LARGEST / scale).ln_1p();
     let node = |node: &Node| {
         let x = scale * (node.x * length).exp_m1();
@@ -170,9 +180,11 @@ fn half_angles(scale: f64, nodes: usize) -> Vec<(f64, f64)> {
 /// cosθ below which a direction counts as below the horizon: less than a pixel of any picture.
 const LOWEST: f64 = 1e-3;
 
-/// The pair at the given Rusinkiewicz angles, if both directions are above the horizon.
-fn pair(tan2_theta_h: f64, theta_h_weight: f64, theta_d: Node, phi_d: f64) -> Option<Pair> {
-    let (sin_d, cos_d) = (theta_d.x * FRAC_PI_2).sin_cos();
+/// The pair at θh, at a share `theta_d.x` of the largest θd there, and at φd.
+fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) -> Option<Pair> {
+    // Both directions are above the horizon as long as tanθd < cotθh/|cosφd|.
+    let largest = (tan2_theta_h.sqrt() * phi_d.cos().abs()).recip().atan();
+    let (sin_d, cos_d) = (theta_d.x * largest).sin_cos();
     let cos_h = (1.0 + tan2_theta_h).sqrt().recip();
     let sin_h = tan2_theta_h.sqrt() * cos_h;
     // wi,o = cosθd h ± sinθd (cosφd t + sinφd b), with h in the xz plane.
@@ -191,7 +203,7 @@ fn pair(tan2_theta_h: f64, theta_h_weight: f64, theta_d: Node, phi_d: f64) -> Op
         cos_theta_d: cos_d,
         cos_theta: [wi.z, wo.z],
         cot_theta: [cot_theta(wi), cot_theta(wo)],
-        weight: theta_h_weight * theta_d.weight * sin_d * cos_d * wo.z,
+        weight: weight * theta_d.weight * largest * sin_d * cos_d * wo.z,
     })
 }
 

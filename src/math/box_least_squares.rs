@@ -143,7 +143,8 @@ pub fn minimise(
 }
 
 /// H + damping·diag(H), with a floor that keeps unseen unknowns where they are.
-fn damped(hessian: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
+#[must_use]
+pub fn damped(hessian: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
     let floor = 1e-14 * hessian.diagonal().max().max(1e-290);
     let mut damped = hessian.clone();
     for i in 0..hessian.nrows() {

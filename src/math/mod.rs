@@ -3,7 +3,6 @@
 pub mod box_least_squares;
 pub mod direction;
 pub mod exponential_integral;
-pub mod line_search;
 pub mod quadrature;
 
 pub use errorfunctions::RealErrorFunctions;

@@ -1,0 +1,68 @@
+//! The fits of the whole catalogue, model by model and all together.
+//!
+//!     cargo bench --bench fit
+
+use divan::{Bencher, black_box};
+use rayon::prelude::*;
+use sgdbake::brdf::Distribution;
+use sgdbake::fit::{Metric, Target, gltf, lobes, one_lobe};
+use sgdbake::material::catalog;
+
+fn main() {
+    divan::main();
+}
+
+fn targets() -> Vec<Target> {
+    catalog().iter().map(|entry| Target::new(&entry.material)).collect()
+}
+
+/// What the fits of one material share.
+#[divan::bench]
+fn target() {
+    for entry in catalog() {
+        black_box(Target::new(&entry.material));
+    }
+}
+
+#[divan::bench(args = [Distribution::Beckmann, Distribution::Ggx])]
+fn one_lobe_fit(bencher: Bencher<'_, '_>, distribution: Distribution) {
+    let targets = targets();
+    bencher.bench(|| {
+        for target in &targets {
+            black_box(one_lobe::fit_target(target, distribution, Metric::default()));
+        }
+    });
+}
+
+#[divan::bench(args = [1, 2, 4, 8])]
+fn lobes_fit(bencher: Bencher<'_, '_>, count: usize) {
+    let targets = targets();
+    bencher.bench(|| {
+        for target in &targets {
+            black_box(lobes::fit_target(target, count));
+        }
+    });
+}
+
+#[divan::bench]
+fn gltf_fit(bencher: Bencher<'_, '_>) {
+    let targets = targets();
+    bencher.bench(|| {
+        for target in &targets {
+            black_box(gltf::fit_target(target, Metric::default()));
+        }
+    });
+}
+
+/// Every model of every material on all cores: what `sgdbake fit --all` computes before it draws.
+#[divan::bench]
+fn all_models_in_parallel() {
+    catalog().par_iter().for_each(|entry| {
+        let target = Target::new(&entry.material);
+        for distribution in [Distribution::Beckmann, Distribution::Ggx] {
+            black_box(one_lobe::fit_target(&target, distribution, Metric::default()));
+        }
+        black_box(lobes::fit_target(&target, 8));
+        black_box(gltf::fit_target(&target, Metric::default()));
+    });
+}
