@@ -26,6 +26,6 @@ if [[ ${1-} == --speed ]]; then
 fi
 if [[ ${1-} == --fits ]]; then
     environment="${2:-${SGDBAKE_SHARED:-../shared}/models/royal_esplanade_1k.hdr}"
-    cargo run --release --quiet --example 5_fit_objective -- "$environment" >target/fit-objective.md
-    cargo run --release --quiet --example 6_fits_page -- target/fit-objective.md
+    cargo run --release --quiet --example study_fit_objective -- "$environment" >target/fit-objective.md
+    cargo run --release --quiet --example study_fits_page -- target/fit-objective.md
 fi

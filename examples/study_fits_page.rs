@@ -1,8 +1,8 @@
 //! Writes docs/fits.md, docs/fits-error.svg and docs/fits-profiles.svg: how far each model's best
-//! fit is from every material of the catalogue. The argument is a file with the table that example
-//! 5 prints.
+//! fit is from every material of the catalogue. The argument is a file with the table that
+//! study_fit_objective prints.
 //!
-//!     cargo run --release --example 6_fits_page -- OBJECTIVE.md
+//!     cargo run --release --example study_fits_page -- OBJECTIVE.md
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -73,7 +73,7 @@ fn row(material: &'static Material) -> Row {
 }
 
 fn page(objective: &str, rows: &[Row]) -> Result<String, std::fmt::Error> {
-    let mut page = include_str!("6_fits_page.md").replace("{objective}", objective.trim_end());
+    let mut page = include_str!("study_fits_page.md").replace("{objective}", objective.trim_end());
     let summary = |values: &dyn Fn(&Row) -> f64| {
         let mut values: Vec<f64> = rows.iter().map(values).collect();
         values.sort_by(f64::total_cmp);
