@@ -146,7 +146,7 @@ def render(path, width, height, samples, transparent=True):
     cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = samples, False, False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
     cycles.light_sampling_threshold = 0.0
-    scene.render.filepath = str(path)
+    scene.render.filepath = str(Path(path).resolve())  # Blender's own start is the .blend file
     bpy.ops.render.render(write_still=True)
     return read(path)
 
@@ -174,7 +174,7 @@ def write_png(path, rgb):
     height, width = rgb.shape[:2]
     image = bpy.data.images.new("Picture", width, height)
     image.pixels.foreach_set(np.dstack([encoded, np.ones((height, width))])[::-1].astype(np.float32).ravel())
-    image.file_format, image.filepath_raw = "PNG", str(path)
+    image.file_format, image.filepath_raw = "PNG", str(Path(path).resolve())
     image.save()
     bpy.data.images.remove(image)
 
@@ -239,6 +239,6 @@ def write_movie(path, frames, per_second=24):
         settings.media_type = "VIDEO"
     settings.file_format = "FFMPEG"
     scene.render.ffmpeg.format, scene.render.ffmpeg.codec = "MPEG4", "H264"
-    scene.render.filepath, scene.render.use_file_extension = str(path), False
+    scene.render.filepath, scene.render.use_file_extension = str(Path(path).resolve()), False
     bpy.ops.render.render(animation=True, scene=scene.name)
     bpy.data.scenes.remove(scene)

@@ -11,10 +11,10 @@ def size(path):
     return stage.read(path).shape[:2]
 
 
-def test_a_glb_as_it_is(glb, tmp_path):
-    picture = tmp_path / "ball.png"
-    preview.main([str(glb), "-o", str(picture), *SMALL])
-    assert size(picture) == (24, 24)
+def test_a_glb_as_it_is_to_a_relative_path(glb, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    preview.main([str(glb), "-o", "ball.png", *SMALL])
+    assert size(tmp_path / "ball.png") == (24, 24)
 
 
 def test_materials_are_rows_and_modes_columns_with_differences(manifest, tmp_path):
