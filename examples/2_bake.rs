@@ -11,7 +11,7 @@ use sgdbake::microfacet::masking::MaskingKind;
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let materials = [&find("gold-paint")?.material, &find("chrome")?.material];
     let request = Request {
-        quantities: Quantity::ALL.to_vec(),
+        quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
         masking: MaskingKind::Exact,
         extent: Extent::Size(256),
         depths: Depths::default(),

@@ -21,7 +21,8 @@ use crate::preview::shape::{Hit, Shape};
 pub struct Quality {
     /// Width and height in pixels.
     pub size: usize,
-    /// Directions to the light per pixel, rounded up to a multiple of [`DIRECTIONS`].
+    /// Directions to the light per pixel, rounded up to a multiple of [`DIRECTIONS`]; at least two
+    /// points of a pixel are looked at, so that its noise can be told.
     pub samples: usize,
     /// The same seed gives the same picture, on any number of threads.
     pub seed: u64,
@@ -126,7 +127,7 @@ impl<const MODELS: usize> View<'_, MODELS> {
     fn pixel(&self, column: usize, row: usize, paths: &mut Paths) -> [Seen; MODELS] {
         let index = (row * self.quality.size + column) as u64;
         let mut rng = Pcg64Mcg::seed_from_u64(self.quality.seed ^ (index + 1).wrapping_mul(STREAM));
-        let points = self.quality.samples.div_ceil(DIRECTIONS).max(1);
+        let points = self.quality.samples.div_ceil(DIRECTIONS).max(2);
         paths.clear();
         let start = Start { point: rng.random(), light: rng.random(), surface: rng.random() };
         for point in 0..points {
