@@ -111,7 +111,6 @@ mod tests {
     use super::*;
     use crate::lut::{Depths, Extent, Quantity, Request, bake};
     use crate::material::find;
-    use crate::microfacet::masking::MaskingKind;
 
     #[test]
     fn another_parser_reads_the_same_texels() {
@@ -119,7 +118,7 @@ mod tests {
         for depth in [Depth::Half, Depth::Float] {
             let request = Request {
                 quantities: vec![Quantity::Masking],
-                masking: MaskingKind::Exact,
+                masking: Default::default(),
                 extent: Extent::Size(33),
                 depths: Depths::Only(depth),
             };
@@ -127,7 +126,9 @@ mod tests {
             let bytes = encode(&baked.tables[0], "masking.ktx2").expect("a float depth");
             let reader = ktx2::Reader::new(&bytes[..]).expect("valid");
             assert_eq!((reader.header().pixel_width, reader.header().pixel_height), (33, 1));
-            assert_eq!(reader.writer(), Some(GENERATOR));
+            // The format ends a text value with NUL, which this parser leaves on.
+            let writer = reader.writer().map(|writer| writer.trim_end_matches('\0'));
+            assert_eq!(writer, Some(GENERATOR));
             let level = reader.levels().next().expect("one level").data;
             let texel: [f32; 3] = std::array::from_fn(|c| match depth {
                 Depth::Half => {
