@@ -136,6 +136,9 @@ fn plot_errors(rows: &[Row]) -> Result<(), Box<dyn Error>> {
     Ok(root.present()?)
 }
 
+/// A named profile D(tan²θ) and its colour.
+type Curve<'a> = (&'a str, &'a dyn Fn(f64) -> f64, RGBColor);
+
 /// D of a few hard channels and of their fits, against θ.
 fn plot_profiles() -> Result<(), Box<dyn Error>> {
     let root = SVGBackend::new("docs/fits-profiles.svg", (900, 720)).into_drawing_area();
@@ -158,7 +161,7 @@ fn plot_profile(
     let beckmann = fit(Distribution::Beckmann).channels[channel].alpha;
     let mixture = |count| lobes::fit(material, count).lobes.channel(channel);
     let (two, eight) = (mixture(2), mixture(8));
-    let curves: [(&str, &dyn Fn(f64) -> f64, RGBColor); 5] = [
+    let curves: [Curve<'_>; 5] = [
         ("SGD", &|x| exact.eval(x), BLACK),
         ("Beckmann", &|x| Distribution::Beckmann.ndf(beckmann, x), COLOURS[0]),
         ("GGX", &|x| Distribution::Ggx.ndf(ggx, x), COLOURS[1]),
