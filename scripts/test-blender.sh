@@ -4,7 +4,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-cargo build --quiet
+# As the tests build it, so that nothing is compiled twice.
+cargo test --quiet --no-run --test cli
 for python in .venv-bpy*/bin/python; do
   echo "-- $("$python" -c 'import bpy; print("Blender", bpy.app.version_string)' 2>/dev/null)"
   "$python" -m pytest --quiet tests/blender "$@"

@@ -4,7 +4,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-cargo build --quiet
+# As the tests build it, so that nothing is compiled twice.
+cargo test --quiet --no-run --test cli
 sgdbake=target/debug/sgdbake
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
