@@ -175,6 +175,9 @@ def main():
     rng = np.random.default_rng(3)
     broken = False
     for material in bake.decoder.manifest["materials"]:
+        if material["row"] is None:
+            print(f"{material['name']}: no visible lobe, so nothing to look up")
+            continue
         wi, wo = lut_reader.pairs(rng, material, arguments.viewers, arguments.lights)
         wi, wo = (w.astype(np.float32).astype(np.float64) for w in (wi, wo))
         unit = [w / np.linalg.norm(w, axis=1, keepdims=True) for w in (wi, wo)]
