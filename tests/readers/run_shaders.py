@@ -197,7 +197,7 @@ def main():
             print(f"{material['name']} {language}: {len(wi)} pairs, largest error {error:.3e}, "
                   f"promised {tolerance:.0e}")
             broken |= error > tolerance
-    sys.exit(broken)
+    sys.exit(int(broken))
 
 
 if __name__ == "__main__":
