@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cycles' pictures of hard materials against the library's f64 values."""
 
+import bpy
 import pytest
 from conftest import HARD
 
 import truth
+
+# The limits are those measured in 5.0; in 4.2 the sharpest lobes (chrome) are 11 % off, see docs/blender.md.
+pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0), reason="the limits are measured in Blender 5.0")
 
 # What seven widths shared by the channels do not reach: channels of unlike width, each with heavy flanks.
 LOBES_LIMIT = {"steel": 0.02, "gold-metallic-paint2": 0.012}
