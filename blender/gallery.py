@@ -63,4 +63,4 @@ def _grid(pairs):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    stage.run(main, sys.argv[1:])

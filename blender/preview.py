@@ -168,4 +168,4 @@ def own_arguments(argv):
 
 
 if __name__ == "__main__":
-    main(own_arguments(sys.argv))
+    stage.run(main, own_arguments(sys.argv))

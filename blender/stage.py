@@ -5,7 +5,9 @@ Works in the bpy module and inside Blender itself.
 """
 
 import math
+import os
 import sys
+import traceback
 from pathlib import Path
 
 import bpy  # first: the modules below come with it
@@ -15,6 +17,30 @@ from mathutils import Vector
 
 HERE = Path(__file__).resolve().parent
 BACKDROP = 0.18
+
+
+def run(main, argv):
+    """Runs a script and ends the process with its exit status."""
+    try:
+        status = main(argv) or 0
+    except SystemExit as end:
+        if isinstance(end.code, str):
+            print(end.code, file=sys.stderr)
+        status = 1 if isinstance(end.code, str) else end.code or 0
+    except BaseException:
+        traceback.print_exc()
+        status = 1
+    leave(status)
+
+
+def leave(status):
+    """Ends the process. As a Python module, Blender 4.2 is not unloaded: once any panel was
+    registered, it crashes there, calling into a Python that has ended."""
+    if bpy.app.binary_path:  # inside Blender itself
+        sys.exit(status)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
 
 
 def clear():

@@ -23,6 +23,10 @@ HARD = ("chrome", "steel", "gold-metallic-paint2", "white-paint", "white-fabric2
         "nickel", "pink-fabric", "black-fabric", "black-oxidized-steel", "gold-paint")
 
 
+def pytest_sessionfinish(session, exitstatus):
+    session.config.add_cleanup(lambda: stage.leave(int(exitstatus)))
+
+
 @pytest.fixture(scope="session")
 def library():
     binary = Path(os.environ.get("SGDBAKE_BIN", ROOT / "target/debug/sgdbake"))
