@@ -142,8 +142,8 @@ def studio(width=512):
     elevation = (np.arange(height) + 0.5) / height * 180.0 - 90.0
     azimuth, elevation = np.meshgrid(azimuth, elevation)
     up = np.clip(elevation / 90.0, -1.0, 1.0)[..., None]
-    room = np.where(up > 0, 0.25 + 0.35 * up, 0.12 - 0.06 * up) * np.array([0.95, 1.0, 1.08])
-    for centre, half, radiance in (((-55, 42), (24, 18), (15.0, 14.2, 13.0)), ((62, 15), (7, 38), (5.0, 5.6, 6.6)),
+    room = np.where(up > 0, 0.55 + 0.3 * up, 0.35 + 0.1 * up) * np.array([1.03, 1.0, 0.96])
+    for centre, half, radiance in (((-50, 40), (30, 20), (11.0, 10.5, 9.6)), ((62, 15), (9, 38), (5.0, 5.2, 5.6)),
                                    ((168, 30), (20, 12), (9.0, 9.0, 9.0))):
         inside = _soft_box(azimuth, elevation, centre, half)[..., None]
         room = room * (1 - inside) + inside * np.array(radiance)

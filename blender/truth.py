@@ -55,7 +55,7 @@ class Library:
         self.binary = binary
 
     def names(self):
-        return [entry["name"] for entry in json.loads(self._run("materials", "--json"))["materials"]]
+        return json.loads(self._run("materials", "--json"))["materials"]
 
     def bake(self, names, folder):
         self._run("bake", *(part for name in names for part in ("--material", name)), "-o", str(folder),

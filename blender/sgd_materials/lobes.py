@@ -10,13 +10,15 @@ Beckmann closure as F D G / (4 cos_i cos_o), the material has rho_s/pi in place 
 import math
 from dataclasses import dataclass
 
+import bpy
+
 from . import fresnel
 from .manifest import CHANNELS
 
 # Two closures a lobe and one diffuse: 15 of the 16 that Cycles surely keeps.
 MAX_LOBES = 7
-# Cycles treats a lobe as a mirror where alpha^2 is at or below 2e-10.
-MIN_ALPHA = 2e-5
+# Cycles treats a lobe as a mirror, dark under a sun, where alpha^2 is at or below 2e-10; in 4.2, 5e-7.
+MIN_ALPHA = 2e-5 if bpy.app.version >= (4, 5) else 7.1e-4
 # Below this no peak is visible: sgd_lobe.osl lifts weights over Cycles' own limit of 1e-5.
 MIN_WEIGHT = 1e-9
 

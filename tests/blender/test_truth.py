@@ -7,11 +7,10 @@ from conftest import HARD
 
 import truth
 
-# The limits are those measured in 5.0; in 4.2 the sharpest lobes (chrome) are 11 % off, see docs/blender.md.
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0), reason="the limits are measured in Blender 5.0")
-
 # What seven widths shared by the channels do not reach: channels of unlike width, each with heavy flanks.
 LOBES_LIMIT = {"steel": 0.02, "gold-metallic-paint2": 0.012}
+if bpy.app.version < (4, 5):  # their narrowest lobes are widened to what Cycles 4.2 does not take for a mirror
+    LOBES_LIMIT |= {"chrome": 0.1, "steel": 0.25, "gold-metallic-paint2": 0.015}
 # Masking per lobe and height-correlated against separable: most on a wide metal.
 FURNACE_LIMIT = {"black-oxidized-steel": 0.02}
 
