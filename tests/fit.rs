@@ -26,13 +26,15 @@ impl AtWidth<'_> {
     fn residuals_at(&self, roots: &Vector4<f64>) -> DVector<f64> {
         let exact = &self.target.channels[self.channel];
         let pairs = self.target.pairs.iter().zip(self.basis).zip(exact);
-        let residual =
+        let residuals =
             |((pair, basis), exact): ((&sgdbake::fit::target::Pair, &[f64; 4]), &f64)| {
                 let fit: f64 = (0..4).map(|i| roots[i] * roots[i] * basis[i]).sum();
-                let lightness = |f: f64| Metric::CubeRoot.transform(f, pair.cos_theta[0]).0;
-                pair.weight.sqrt() * (lightness(fit) - lightness(*exact))
+                [0, 1].map(|side| {
+                    let lightness = |f: f64| Metric::CubeRoot.transform(f, pair.cos_theta[side]).0;
+                    pair.weights[side].sqrt() * (lightness(fit) - lightness(*exact))
+                })
             };
-        DVector::from_iterator(exact.len(), pairs.map(residual))
+        DVector::from_iterator(2 * exact.len(), pairs.flat_map(residuals))
     }
 }
 
@@ -105,7 +107,11 @@ fn no_independent_optimiser_finds_a_better_lobe() {
                 .pairs
                 .iter()
                 .zip(&target.channels[channel])
-                .map(|(p, f)| p.weight * Metric::CubeRoot.transform(*f, p.cos_theta[0]).0.powi(2))
+                .flat_map(|(p, f)| {
+                    let lightness =
+                        |side: usize| Metric::CubeRoot.transform(*f, p.cos_theta[side]).0;
+                    [0, 1].map(|side| p.weights[side] * lightness(side).powi(2))
+                })
                 .sum();
             let ours = fit.per_channel_residuals.cube_root[channel].powi(2) * exact;
             let (theirs, alpha) = best_of_grid(&target, channel, distribution);

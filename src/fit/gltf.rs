@@ -12,7 +12,7 @@ use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
 use crate::fit::valleys::{Valley, valleys};
 use crate::material::Material;
-use crate::math::box_least_squares::{Bounds, Minimum, NormalEquations, Residuals, minimise};
+use crate::math::box_least_squares::{Bounds, Minimum, NormalEquations, Residuals, Term, minimise};
 
 /// The best glTF material, with its residuals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -183,7 +183,8 @@ fn gltf_material(x: &DVector<f64>) -> GltfBrdf {
 /// What does not depend on the unknowns at a pair of directions.
 struct Fixed {
     schlick_weight: f64,
-    coat_fresnel: f64,
+    /// For light along either direction: the coat's Fresnel term is the viewer's.
+    coat_fresnel: [f64; 2],
 }
 
 /// A lobe V·D at a pair, and its derivative by roughness.
@@ -196,7 +197,7 @@ struct LobeSample {
 struct Search<'a> {
     target: &'a Target,
     metric: Metric,
-    goals: [Vec<f64>; 3],
+    goals: [Vec<[f64; 2]>; 3],
     fixed: Vec<Fixed>,
 }
 
@@ -204,7 +205,7 @@ impl<'a> Search<'a> {
     fn new(target: &'a Target, metric: Metric) -> Self {
         let fixed = |pair: &Pair| Fixed {
             schlick_weight: schlick_weight(pair.cos_theta_d),
-            coat_fresnel: coat_fresnel(pair.cos_theta[1]),
+            coat_fresnel: [1, 0].map(|viewer| coat_fresnel(pair.cos_theta[viewer])),
         };
         let goals = std::array::from_fn(|c| target.goal(metric, c));
         Self { target, metric, goals, fixed: target.pairs.iter().map(fixed).collect() }
@@ -267,9 +268,8 @@ impl<'a> Search<'a> {
         for c in 0..3 {
             let mut sums = Residuals::none();
             for (i, lobe) in lobe.iter().enumerate() {
-                let material = material(x, c, brightest, &self.fixed[i], *lobe);
-                let (residual, slope) = self.residual(c, i, material.0);
-                sums.add(self.target.pairs[i].weight, residual, &material.1.map(|d| d * slope));
+                let (f, row) = material(x, c, brightest, &self.fixed[i], *lobe);
+                sums.add(self.metric.term(f, &self.target.pairs[i], self.goals[c][i]), &row);
             }
             let places = [SPECULAR, F0 + c, brightest, BASE + c, METALLIC, ROUGHNESS];
             equations.add(&sums, places);
@@ -289,15 +289,16 @@ impl<'a> Search<'a> {
             let mut sums = Residuals::none();
             for (i, (lobe, coat)) in lobe.iter().zip(coat_lobe).enumerate() {
                 let (material, row) = material(x, c, brightest, &self.fixed[i], *lobe);
-                let share = self.fixed[i].coat_fresnel * x[CLEARCOAT];
-                let f = (1.0 - share) * material + share * coat.value;
-                let (residual, slope) = self.residual(c, i, f);
-                let [s, f0, most, base, metallic, roughness] =
-                    row.map(|d| d * slope * (1.0 - share));
-                let by_coat = slope * self.fixed[i].coat_fresnel * (coat.value - material);
-                let by_coat_roughness = slope * share * coat.slope;
-                let row = [s, f0, most, base, metallic, roughness, by_coat, by_coat_roughness];
-                sums.add(self.target.pairs[i].weight, residual, &row);
+                for side in 0..2 {
+                    let coat_fresnel = self.fixed[i].coat_fresnel[side];
+                    let share = coat_fresnel * x[CLEARCOAT];
+                    let f = (1.0 - share) * material + share * coat.value;
+                    let [s, f0, most, base, metallic, roughness] = row.map(|d| d * (1.0 - share));
+                    let by_coat = coat_fresnel * (coat.value - material);
+                    let by_coat_roughness = share * coat.slope;
+                    let row = [s, f0, most, base, metallic, roughness, by_coat, by_coat_roughness];
+                    sums.add(self.term(c, i, side, f), &row);
+                }
             }
             let places = [
                 SPECULAR,
@@ -314,11 +315,12 @@ impl<'a> Search<'a> {
         equations
     }
 
-    /// g(f) − goal at a pair and its derivative by f.
+    /// The residual g(f) − goal at a pair for light from one side.
     #[inline]
-    fn residual(&self, c: usize, i: usize, f: f64) -> (f64, f64) {
-        let (value, slope) = self.metric.transform(f, self.target.pairs[i].cos_theta[0]);
-        (value - self.goals[c][i], slope)
+    fn term(&self, c: usize, i: usize, side: usize, f: f64) -> Term {
+        let pair = &self.target.pairs[i];
+        let (value, slope) = self.metric.transform(f, pair.cos_theta[side]);
+        Term::new(pair.weights[side], value - self.goals[c][i][side], slope)
     }
 }
 

@@ -5,6 +5,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::fit::target::Pair;
+use crate::math::box_least_squares::Term;
+
 /// A transform g of x = π f cosθi, the radiance relative to a white diffuse surface under the same
 /// light. A fit minimises ∫∫ (g(x_fit) − g(x))² cosθo dωi dωo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -29,6 +32,19 @@ impl fmt::Display for Metric {
     }
 }
 
+/// x^⅓ for a normal x > 0, to 1e-14: a third of the exponent, then two steps of Halley's method.
+/// The standard library's is rounded correctly, which took a fifth of the time of a fit.
+#[inline]
+fn cube_root(x: f64) -> f64 {
+    // A third of the biased exponent, its bias restored; within 4 % of the root.
+    let mut root = f64::from_bits(x.to_bits() / 3 + 0x2A9F_7893_0000_0000);
+    for _ in 0..2 {
+        let cube = root * root * root;
+        root *= (cube + 2.0 * x) / (2.0 * cube + x);
+    }
+    root
+}
+
 /// (6/29)³, below which CIELAB's cube root continues as its tangent.
 const TOE: f64 = 216.0 / 24389.0;
 /// The slope there: (29/6)²/3.
@@ -47,17 +63,41 @@ impl Metric {
         (value, slope * scale)
     }
 
+    /// The residuals g − `goal` of f at a pair, for light along either direction.
+    #[inline]
+    #[must_use]
+    pub fn term(self, f: f64, pair: &Pair, goal: [f64; 2]) -> Term {
+        let way = |side: usize| {
+            let (value, slope) = self.transform(f, pair.cos_theta[side]);
+            Term::new(pair.weights[side], value - goal[side], slope)
+        };
+        way(0) + way(1)
+    }
+
     /// g(x) and g'(x).
     #[inline]
     fn of_radiance(self, x: f64) -> (f64, f64) {
         match self {
             Self::Cosine => (x, 1.0),
             Self::CubeRoot if x > TOE => {
-                let root = x.cbrt();
+                let root = cube_root(x);
                 (root, root / (3.0 * x))
             }
             Self::CubeRoot => (TOE_SLOPE * x + 4.0 / 29.0, TOE_SLOPE),
             Self::Log => (x.ln_1p(), 1.0 / (1.0 + x)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cube_root_is_accurate_over_all_radiances() {
+        for i in 0..4000 {
+            let x = TOE * 1.01_f64.powi(i);
+            assert!((cube_root(x) / x.cbrt() - 1.0).abs() < 1e-14, "{x:e}");
         }
     }
 }

@@ -36,7 +36,7 @@ pub const ALPHA_RANGE: [f64; 2] = [1e-3, 2.0];
 const SCAN: usize = 20;
 /// Relative decrease of Σ r² at which the scan and the refinement end.
 const SCAN_TOLERANCE: f64 = 1e-2;
-const TOLERANCE: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-7;
 
 /// The best lobe of `distribution` for a material, in the default metric.
 #[must_use]
@@ -85,7 +85,7 @@ struct Search<'a> {
     target: &'a Target,
     distribution: Distribution,
     metric: Metric,
-    goals: [Vec<f64>; 3],
+    goals: [Vec<[f64; 2]>; 3],
     /// The Fresnel curve's share of (f0, f90, F(0°)) at each pair.
     fresnel: Vec<[f64; 3]>,
 }
@@ -183,16 +183,8 @@ impl<'a> Search<'a> {
             let fresnel = f0 * bump + f90 * grazing + f_facing * facing;
             let LobeSample { value, slope } = lobe[i];
             let f = rho_d * FRAC_1_PI + fresnel * value;
-            let (transformed, by_f) = self.metric.transform(f, pair.cos_theta[0]);
-            let by_fresnel = by_f * value;
-            let row = [
-                by_f * fresnel * slope,
-                by_f * FRAC_1_PI,
-                by_fresnel * bump,
-                by_fresnel * grazing,
-                by_fresnel * facing,
-            ];
-            sums.add(pair.weight, transformed - self.goals[c][i], &row);
+            let row = [fresnel * slope, FRAC_1_PI, value * bump, value * grazing, value * facing];
+            sums.add(self.metric.term(f, pair, self.goals[c][i]), &row);
         }
         sums
     }

@@ -1,6 +1,6 @@
 //! What every fit aims at: the exact reflectance of a material at well-chosen pairs of directions.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use glam::DVec3;
 use serde::Serialize;
@@ -27,8 +27,9 @@ pub struct Pair {
     pub cos_theta: [f64; 2],
     /// cotθi, cotθo.
     pub cot_theta: [f64; 2],
-    /// cosθo dωi dωo over all pairs' sum.
-    pub weight: f64,
+    /// cosθo dωi dωo over all pairs' sum, for light along `wi` and, as f is reciprocal, for light
+    /// along `wo` with the roles swapped.
+    pub weights: [f64; 2],
 }
 
 /// The exact reflectance of a material's channels at quadrature pairs.
@@ -72,7 +73,7 @@ pub struct Resolution {
     pub theta_h: usize,
     /// Difference angle.
     pub theta_d: usize,
-    /// Difference azimuth, in each quarter turn.
+    /// Difference azimuth, over a quarter turn.
     pub phi_d: usize,
 }
 
@@ -103,30 +104,36 @@ impl Target {
     /// How far `reflectance` is from the target.
     #[must_use]
     pub fn residuals(&self, reflectance: &(impl Reflectance + ?Sized)) -> Residuals {
-        let values: Vec<[f64; 3]> =
-            self.pairs.iter().map(|pair| reflectance.eval(pair.wi, pair.wo)).collect();
-        let [cosine, cube_root, log] = Metric::ALL
-            .map(|metric| std::array::from_fn(|c| self.residual(metric, c, |i| values[i][c])));
+        let both =
+            |pair: &Pair| [reflectance.eval(pair.wi, pair.wo), reflectance.eval(pair.wo, pair.wi)];
+        let values: Vec<[[f64; 3]; 2]> = self.pairs.iter().map(both).collect();
+        let [cosine, cube_root, log] = Metric::ALL.map(|metric| {
+            std::array::from_fn(|c| self.residual(metric, c, |i, side| values[i][side][c]))
+        });
         Residuals { cosine, cube_root, log }
     }
 
-    /// √(∫(g(x_fit) − g(x))² / ∫g(x)²) of a channel whose values at the pairs are `fit`.
-    fn residual(&self, metric: Metric, channel: usize, fit: impl Fn(usize) -> f64) -> f64 {
+    /// √(∫(g(x_fit) − g(x))² / ∫g(x)²) of a channel whose values at the pairs, for light along
+    /// either direction, are `fit`: a coat makes a glTF material's depend on it.
+    fn residual(&self, metric: Metric, channel: usize, fit: impl Fn(usize, usize) -> f64) -> f64 {
         let (mut difference, mut total) = (0.0, 0.0);
         for (i, (pair, exact)) in self.pairs.iter().zip(&self.channels[channel]).enumerate() {
-            let (exact, _) = metric.transform(*exact, pair.cos_theta[0]);
-            let (fit, _) = metric.transform(fit(i), pair.cos_theta[0]);
-            difference += pair.weight * (fit - exact).powi(2);
-            total += pair.weight * exact * exact;
+            for side in 0..2 {
+                let lightness = |f: f64| metric.transform(f, pair.cos_theta[side]).0;
+                let exact = lightness(*exact);
+                difference += pair.weights[side] * (lightness(fit(i, side)) - exact).powi(2);
+                total += pair.weights[side] * exact * exact;
+            }
         }
         if total > 0.0 { (difference / total).sqrt() } else { difference.sqrt() }
     }
 
-    /// g of the target's channel at every pair: what a fit in `metric` aims at.
+    /// g of the target's channel at every pair, for light along either direction: what a fit in
+    /// `metric` aims at.
     #[must_use]
-    pub fn goal(&self, metric: Metric, channel: usize) -> Vec<f64> {
+    pub fn goal(&self, metric: Metric, channel: usize) -> Vec<[f64; 2]> {
         let pairs = self.pairs.iter().zip(&self.channels[channel]);
-        pairs.map(|(pair, f)| metric.transform(*f, pair.cos_theta[0]).0).collect()
+        pairs.map(|(pair, f)| pair.cos_theta.map(|cos| metric.transform(*f, cos).0)).collect()
     }
 }
 
@@ -139,30 +146,23 @@ fn lobe_scale(material: &Material) -> f64 {
 
 /// Quadrature over pairs in (ln(1 + tan²θh/s), θd, φd), with
 /// dωi dωo = 4 cosθd · dωh dωd and cosθo as weight, θd up to where a direction meets the horizon.
+/// φd covers the first quarter turn: the second holds the same pairs with light and view swapped,
+/// and the horizon has a kink between them.
 fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
     let theta_d_rule = gauss_legendre(resolution.theta_d);
-    let phi_d_rule = azimuths(resolution.phi_d);
+    let phi_d_rule = gauss_legendre(resolution.phi_d);
     let mut pairs = Vec::with_capacity(resolution.theta_h * theta_d_rule.len() * phi_d_rule.len());
     for (tan2_theta_h, theta_h_weight) in half_angles(scale, resolution.theta_h) {
         for theta_d in &theta_d_rule {
-            for (phi_d, phi_d_weight) in &phi_d_rule {
-                pairs.extend(pair(tan2_theta_h, theta_h_weight * phi_d_weight, *theta_d, *phi_d));
+            for phi_d in &phi_d_rule {
+                let weight = theta_h_weight * phi_d.weight;
+                pairs.extend(pair(tan2_theta_h, weight, *theta_d, phi_d.x * FRAC_PI_2));
             }
         }
     }
-    let total: f64 = pairs.iter().map(|pair| pair.weight).sum();
-    pairs.iter_mut().for_each(|pair| pair.weight /= total);
+    let total: f64 = pairs.iter().flat_map(|pair| pair.weights).sum();
+    pairs.iter_mut().for_each(|pair| pair.weights = pair.weights.map(|weight| weight / total));
     pairs
-}
-
-/// φd and its weight over the half turn; the horizon has a kink at the quarter.
-fn azimuths(nodes: usize) -> Vec<(f64, f64)> {
-    let quarter = gauss_legendre(nodes);
-    let both = |node: &Node| {
-        let phi_d = node.x * FRAC_PI_2;
-        [(phi_d, node.weight), (PI - phi_d, node.weight)]
-    };
-    quarter.iter().flat_map(both).collect()
 }
 
 /// (tan²θh, sinθh dθh) over the hemisphere.
@@ -203,7 +203,7 @@ fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) -> Option<Pai
         cos_theta_d: cos_d,
         cos_theta: [wi.z, wo.z],
         cot_theta: [cot_theta(wi), cot_theta(wo)],
-        weight: weight * theta_d.weight * largest * sin_d * cos_d * wo.z,
+        weights: [wo.z, wi.z].map(|cos| weight * theta_d.weight * largest * sin_d * cos_d * cos),
     })
 }
 

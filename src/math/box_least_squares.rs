@@ -1,5 +1,7 @@
 //! Nonlinear least squares inside a box.
 
+use std::ops::Add;
+
 use nalgebra::{DMatrix, DVector};
 
 /// The normal equations of Σ r²/2 at one point: its value, gradient and Gauss–Newton Hessian.
@@ -21,6 +23,43 @@ pub struct Residuals<const N: usize> {
     hessian: [[f64; N]; N],
 }
 
+/// Residuals r(v) of one value v, weighted: what their sum of squares needs to know of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Term {
+    /// Σ weight·r².
+    pub squares: f64,
+    /// Σ weight·r·dr/dv.
+    pub slope: f64,
+    /// Σ weight·(dr/dv)².
+    pub curvature: f64,
+}
+
+impl Term {
+    /// One residual with its derivative by the value.
+    #[inline]
+    #[must_use]
+    pub fn new(weight: f64, residual: f64, slope: f64) -> Self {
+        Self {
+            squares: weight * residual * residual,
+            slope: weight * residual * slope,
+            curvature: weight * slope * slope,
+        }
+    }
+}
+
+impl Add for Term {
+    type Output = Self;
+
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self {
+            squares: self.squares + other.squares,
+            slope: self.slope + other.slope,
+            curvature: self.curvature + other.curvature,
+        }
+    }
+}
+
 impl<const N: usize> Residuals<N> {
     /// No residuals yet.
     #[must_use]
@@ -28,13 +67,13 @@ impl<const N: usize> Residuals<N> {
         Self { squares: 0.0, gradient: [0.0; N], hessian: [[0.0; N]; N] }
     }
 
-    /// Adds weight·r² with ∂r/∂x = `row`.
+    /// Adds the residuals that depend on one value with ∂value/∂x = `row`.
     #[inline]
-    pub fn add(&mut self, weight: f64, residual: f64, row: &[f64; N]) {
-        self.squares += weight * residual * residual;
+    pub fn add(&mut self, term: Term, row: &[f64; N]) {
+        self.squares += term.squares;
         for i in 0..N {
-            let weighted = weight * row[i];
-            self.gradient[i] += weighted * residual;
+            let weighted = term.curvature * row[i];
+            self.gradient[i] += term.slope * row[i];
             for (product, other) in self.hessian[i].iter_mut().zip(&row[..=i]) {
                 *product += weighted * other;
             }
@@ -278,7 +317,7 @@ mod tests {
             let mut sums = Residuals::none();
             for t in (0..20).map(|i| f64::from(i) * 0.2) {
                 let (decay, exact) = ((-x[1] * t).exp(), truth[0] * (-truth[1] * t).exp());
-                sums.add(1.0, x[0] * decay - exact, &[decay, -x[0] * t * decay]);
+                sums.add(Term::new(1.0, x[0] * decay - exact, 1.0), &[decay, -x[0] * t * decay]);
             }
             sums.into()
         };
