@@ -118,6 +118,9 @@ fn node_count(alpha: f64, length: f64, accuracy: f64) -> usize {
     for_strip.max(for_decay).ceil() as usize + 2
 }
 
+/// Beyond it e^{−a²} is no number but 0.
+const MOST_A: f64 = 27.3;
+
 /// Smith's Λ of a Beckmann surface at a = cotθ/α_b.
 ///
 /// # Formula
@@ -127,11 +130,10 @@ fn node_count(alpha: f64, length: f64, accuracy: f64) -> usize {
 /// The second form neither cancels nor underflows early; infinite at a = 0 (grazing).
 #[must_use]
 pub fn beckmann_lambda(a: f64) -> f64 {
-    let decay = (-a * a).exp();
-    if decay == 0.0 {
+    if a > MOST_A {
         return 0.0;
     }
-    0.5 * decay * scaled_lambda(a)
+    0.5 * (-a * a).exp() * scaled_lambda(a)
 }
 
 /// 1/(a√π) − erfcx(a), from its asymptotic series where the difference would cancel.

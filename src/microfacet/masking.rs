@@ -25,6 +25,7 @@ pub enum MaskingKind {
 /// Λ(θ) = ∫_{cotθ}^∞ (r tanθ − 1) P2(r) dr = Σ w_j Λ_beckmann(cotθ/α_j),   G1 = 1/(1+Λ)
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmithMasking {
+    /// Widest first.
     nodes: Vec<SmithNode>,
 }
 
@@ -40,7 +41,9 @@ impl SmithMasking {
     pub fn new(mixture: &BeckmannMixture) -> Self {
         let node =
             |lobe: &BeckmannLobe| SmithNode { inv_alpha: 1.0 / lobe.alpha, weight: lobe.weight };
-        Self { nodes: mixture.lobes().iter().map(node).collect() }
+        let mut nodes: Vec<SmithNode> = mixture.lobes().iter().map(node).collect();
+        nodes.sort_by(|a, b| a.inv_alpha.total_cmp(&b.inv_alpha));
+        Self { nodes }
     }
 
     /// The masking of a channel to a relative `accuracy` of G1.
@@ -52,7 +55,16 @@ impl SmithMasking {
     /// Smith's Λ at cotθ ≥ 0; infinite at grazing.
     #[must_use]
     pub fn lambda(&self, cot_theta: f64) -> f64 {
-        self.nodes.iter().map(|n| n.weight * beckmann_lambda(cot_theta * n.inv_alpha)).sum()
+        let mut sum = 0.0;
+        for node in &self.nodes {
+            let lobe = beckmann_lambda(cot_theta * node.inv_alpha);
+            sum += node.weight * lobe;
+            // Narrower lobes mask less, and the weights sum to 1: what is left is below `lobe`.
+            if lobe <= 0.5 * f64::EPSILON * sum {
+                break;
+            }
+        }
+        sum
     }
 
     /// G1 = 1/(1+Λ) at cotθ, in [0, 1].
