@@ -8,9 +8,7 @@ use serde_json::{Map, Value, json};
 
 use crate::cli::failure::Failure;
 use crate::encode::exr;
-use crate::encode::manifest::{
-    Format, GltfEntry, LobesEntry, Location, MaterialEntry, TextureEntry,
-};
+use crate::encode::manifest::{Format, Location, MaterialEntry, TextureEntry};
 use crate::fit;
 use crate::lut::{self, Baked, Placed, Request, Table};
 use crate::material::Material;
@@ -43,19 +41,9 @@ pub fn replacements(
 
 /// A baked material's entry in the manifest, with its fits.
 pub fn entry(material: &Material, placed: &Placed) -> MaterialEntry {
-    let best = fit::gltf::fit(material).material;
-    let lobes = fit::lobes::lobes(material, LOBES);
     MaterialEntry {
-        gltf: Some(GltfEntry {
-            base_color: best.base_color,
-            metallic: best.metallic,
-            roughness: best.roughness,
-            specular_factor: best.specular_factor,
-            specular_color: best.specular_color,
-            clearcoat: best.clearcoat,
-            clearcoat_roughness: best.clearcoat_roughness,
-        }),
-        lobes: Some(LobesEntry { alpha: lobes.alpha, weights: lobes.weights }),
+        gltf: Some(fit::gltf::fit(material).material),
+        lobes: Some(fit::lobes::lobes(material, LOBES)),
         ..MaterialEntry::new(placed)
     }
 }

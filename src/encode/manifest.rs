@@ -4,6 +4,8 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
+use crate::brdf::GltfBrdf;
+use crate::brdf::lobes::Lobes;
 use crate::encode::GENERATOR;
 use crate::lut::{Axis, Depth, Encoding, ErrorNote, LeftOut, Placed, Quantity, Table};
 use crate::material::ChannelParams;
@@ -39,10 +41,10 @@ pub struct MaterialEntry {
     pub ndf_peak: [f64; 3],
     /// The best-fit glTF material.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub gltf: Option<GltfEntry>,
+    pub gltf: Option<GltfBrdf>,
     /// The best-fit Beckmann mixture.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub lobes: Option<LobesEntry>,
+    pub lobes: Option<Lobes>,
 }
 
 /// The parameters of three channels.
@@ -54,35 +56,6 @@ pub struct ChannelEntries {
     pub g: ChannelParams,
     /// Blue.
     pub b: ChannelParams,
-}
-
-/// A glTF 2.0 metallic-roughness material with `KHR_materials_specular` and, where a second lobe
-/// pays, `KHR_materials_clearcoat`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct GltfEntry {
-    /// Linear base colour.
-    pub base_color: [f64; 3],
-    /// Metallic factor.
-    pub metallic: f64,
-    /// Perceptual roughness.
-    pub roughness: f64,
-    /// Strength of the dielectric specular reflection.
-    pub specular_factor: f64,
-    /// Its F0 colour.
-    pub specular_color: [f64; 3],
-    /// Clearcoat factor, if there is a clearcoat.
-    pub clearcoat: Option<f64>,
-    /// Clearcoat roughness.
-    pub clearcoat_roughness: Option<f64>,
-}
-
-/// A mixture of Beckmann lobes: D = Σ weights\[j\]\[c\] D_beckmann(alpha\[j\]).
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LobesEntry {
-    /// Beckmann widths.
-    pub alpha: Vec<f64>,
-    /// Weight of each lobe per channel.
-    pub weights: Vec<[f64; 3]>,
 }
 
 /// A texture and how to decode it.
