@@ -1,10 +1,15 @@
-//! Damaged and malicious scenes: a clear error, never a panic, nothing allocated by a claim.
+//! Damaged and malicious scenes and textures: a clear error, never a panic, nothing allocated by a claim.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::{fs, path::Path};
 
 use serde_json::{Value, json};
+use sgdbake::encode::entry::{self, EntryError};
+use sgdbake::encode::manifest::Format;
+use sgdbake::encode::{exr, ktx2, png};
+use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, bake};
+use sgdbake::material::find;
 use sgdbake::scene::{Scene, SceneError};
 
 /// A .glb of any chunks, with any claimed length.
@@ -204,4 +209,92 @@ fn short_buffer_files_are_refused() {
     ));
     assert!(matches!(open(1, "data:,a"), Err(SceneError::Invalid(..))));
     assert!(matches!(open(1, "b.bin"), Err(SceneError::Missing { .. })));
+}
+
+/// One small texture in each format.
+fn textures() -> [Vec<u8>; 3] {
+    let material = &find("gold-paint").unwrap().material;
+    let table = |depth: Depth| {
+        let request = Request {
+            quantities: vec![Quantity::Fresnel],
+            masking: Default::default(),
+            extent: Extent::Size(16),
+            depths: Depths::Only(depth),
+        };
+        bake(&[material], &request).unwrap().tables.remove(0)
+    };
+    let half = table(Depth::Half);
+    [
+        exr::encode(&half, "fresnel.exr"),
+        ktx2::encode(&half, "fresnel.ktx2").unwrap(),
+        png::encode(&table(Depth::Unorm16), "fresnel.png").unwrap(),
+    ]
+}
+
+#[test]
+fn a_texture_alone_says_what_it_is() {
+    for bytes in textures() {
+        let entry: Value = serde_json::from_str(&entry::read(&bytes).unwrap()).unwrap();
+        assert_eq!(entry["quantity"], "fresnel");
+        assert_eq!(entry["rows"], json!(["gold-paint"]));
+        assert_eq!(entry["size"], json!([16, 1]));
+    }
+}
+
+#[test]
+fn textures_cut_short_are_refused() {
+    for bytes in textures() {
+        let format = Format::of(&bytes).unwrap();
+        for end in 0..bytes.len() {
+            assert!(entry::read(&bytes[..end]).is_err(), "{format:?} cut at {end}");
+        }
+    }
+}
+
+#[test]
+fn damaged_textures_end_in_an_answer() {
+    for bytes in textures() {
+        for at in 0..bytes.len() {
+            for value in [0x00, 0x7f, 0x80, 0xff] {
+                let mut damaged = bytes.clone();
+                damaged[at] = value;
+                let _ = entry::read(&damaged);
+            }
+        }
+    }
+}
+
+#[test]
+fn textures_that_claim_more_than_they_hold_are_refused() {
+    let [exr, ktx2, png] = textures();
+    let claim = |bytes: &[u8], at: usize, claimed: &[u8]| {
+        let mut bytes = bytes.to_vec();
+        bytes[at..at + claimed.len()].copy_from_slice(claimed);
+        entry::read(&bytes).unwrap_err().to_string()
+    };
+    // KTX 2: levels, bytes of the keys, bytes of the level.
+    for (at, claimed) in [(40, &[0xff; 4][..]), (60, &[0xff; 4]), (88, &[0xff; 8])] {
+        assert_eq!(claim(&ktx2, at, claimed), "not a valid KTX 2: unexpected end of buffer");
+    }
+    // PNG: a width that another program's checksum vouches for, and the length of a chunk.
+    let mut wide = Vec::new();
+    let encoder = ::png::Encoder::new(&mut wide, 1 << 30, 1 << 30);
+    encoder.write_header().unwrap();
+    assert!(entry::read(&wide).unwrap_err().to_string().starts_with("not a valid PNG"));
+    assert!(claim(&png, 33, &[0x7f, 0xff, 0xff, 0xff]).starts_with("not a valid PNG"));
+    // EXR: the far corner of the data window.
+    let name = b"dataWindow\0box2i\0\x10\0\0\0";
+    let window = exr.windows(name.len()).position(|bytes| bytes == name).unwrap() + name.len();
+    assert!(claim(&exr, window + 8, &[0xff, 0xff, 0xff, 0x3f]).starts_with("not a valid EXR"));
+}
+
+#[test]
+fn an_image_of_another_program_is_no_texture() {
+    let mut bytes = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut bytes, 1, 1);
+    encoder.set_color(::png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(&[0]).unwrap();
+    let message = entry::read(&bytes).unwrap_err().to_string();
+    assert_eq!(message, "this png carries no 'sgdbake' entry: sgdbake did not bake it");
+    assert!(matches!(entry::read(b"{}"), Err(EntryError::NoTexture)));
 }

@@ -142,8 +142,10 @@ impl Reflectance for OneLobeBrdf {
             return [0.0; 3];
         }
         let h = half_sum(wi, wo);
+        let cot = [cot_theta(wi), cot_theta(wo)];
+        let cos = [cos_theta(wi), cos_theta(wo)];
         self.channels.map(|channel| {
-            let lobe = self.lobe(channel.alpha, wi, wo);
+            let lobe = self.lobe(channel.alpha, tan2_theta(h), cot, cos);
             channel.rho_d * FRAC_1_PI + channel.fresnel.eval(cos_theta_d(h)) * lobe
         })
     }
@@ -151,11 +153,10 @@ impl Reflectance for OneLobeBrdf {
 
 impl OneLobeBrdf {
     /// D G1 G1/(4 cosθi cosθo).
-    fn lobe(&self, alpha: f64, wi: DVec3, wo: DVec3) -> f64 {
-        let d = self.distribution.ndf(alpha, tan2_theta(half_sum(wi, wo)));
-        let v =
-            |w: DVec3| 1.0 / ((1.0 + self.distribution.lambda(alpha, cot_theta(w))) * cos_theta(w));
-        0.25 * d * (v(wi) * v(wo))
+    fn lobe(&self, alpha: f64, tan2_theta_h: f64, cot: [f64; 2], cos: [f64; 2]) -> f64 {
+        let d = self.distribution.ndf(alpha, tan2_theta_h);
+        let v = |i: usize| 1.0 / ((1.0 + self.distribution.lambda(alpha, cot[i])) * cos[i]);
+        0.25 * d * (v(0) * v(1))
     }
 }
 

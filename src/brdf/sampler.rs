@@ -95,6 +95,20 @@ impl Sampler {
         Some(Sample { wi, pdf, weight })
     }
 
+    /// What directions are drawn from for one `wo`; `None` below the horizon.
+    #[must_use]
+    pub fn towards(&self, wo: DVec3) -> Option<Towards<'_>> {
+        above_horizon(wo).then(|| {
+            let shares = self.shares(wo);
+            let (cos_theta, cot_theta) = (cos_theta(wo), cot_theta(wo));
+            let density = |c: usize| match shares[c] {
+                0.0 => 0.0,
+                share => share * 0.25 * (self.lobes[c].g1(cot_theta) / cos_theta),
+            };
+            Towards { lobes: &self.lobes, wo, shares, densities: std::array::from_fn(density) }
+        })
+    }
+
     /// q(wo): the shares of r, g, b lobes and diffuse, about what each reflects.
     fn shares(&self, wo: DVec3) -> [f64; 4] {
         /// Keeps a lobe alive where its Fresnel curve crosses zero at θd = θo.
@@ -116,33 +130,61 @@ impl Reflectance for Sampler {
         self.brdf.eval(wi, wo)
     }
 
-    fn sample(&self, wo: DVec3, [choice, u, v]: [f64; 3]) -> Option<DVec3> {
-        if !above_horizon(wo) {
-            return None;
-        }
-        let (technique, choice) = choose(self.shares(wo), choice);
+    fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<DVec3> {
+        self.towards(wo)?.sample(u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        self.towards(wo).map_or(0.0, |towards| towards.pdf(wi))
+    }
+}
+
+/// A [`Sampler`] for one `wo`: what does not depend on `wi` is worked out once.
+#[derive(Clone, Debug)]
+pub struct Towards<'a> {
+    lobes: &'a [Lobe; 3],
+    wo: DVec3,
+    /// q(wo) of r, g, b and diffuse.
+    shares: [f64; 4],
+    /// q_c G1_c(wo)/(4 cosθo).
+    densities: [f64; 3],
+}
+
+impl Towards<'_> {
+    /// The direction to the viewer.
+    #[must_use]
+    pub fn wo(&self) -> DVec3 {
+        self.wo
+    }
+
+    /// A direction to the light from three uniform numbers in [0, 1); `None` where the draw falls
+    /// below the horizon.
+    #[must_use]
+    pub fn sample(&self, [choice, u, v]: [f64; 3]) -> Option<DVec3> {
+        let (technique, choice) = choose(self.shares, choice);
         let wi = match self.lobes.get(technique) {
             Some(lobe) => {
-                let h = lobe.visible_normal(wo, [choice, u, v]);
-                2.0 * wo.dot(h) * h - wo
+                let h = lobe.visible_normal(self.wo, [choice, u, v]);
+                2.0 * self.wo.dot(h) * h - self.wo
             }
             None => cosine_sample([u, v]),
         };
         above_horizon(wi).then_some(wi)
     }
 
-    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        if !(above_horizon(wi) && above_horizon(wo)) {
+    /// The density of [`Self::sample`] at `wi` \[1/sr\]; 0 below the horizon.
+    #[must_use]
+    pub fn pdf(&self, wi: DVec3) -> f64 {
+        if !above_horizon(wi) {
             return 0.0;
         }
-        let [r, g, b, diffuse] = self.shares(wo);
-        let tan2_h = tan2_theta(half_sum(wi, wo));
-        let lobes = self.lobes.iter().zip([r, g, b]);
+        let tan2_h = tan2_theta(half_sum(wi, self.wo));
+        let lobes = self.lobes.iter().zip(self.densities);
         lobes
-            .filter(|(_, share)| *share > 0.0)
-            .map(|(lobe, q)| q * lobe.pdf(tan2_h, wo))
+            .filter(|(_, density)| *density > 0.0)
+            .map(|(lobe, density)| density * lobe.ndf(tan2_h))
             .sum::<f64>()
-            + diffuse * cos_theta(wi) * FRAC_1_PI
+            + self.shares[3] * cos_theta(wi) * FRAC_1_PI
     }
 }
 
@@ -204,16 +246,20 @@ impl Lobe {
         }
     }
 
-    /// The density of wi: that of the normal over |dωi/dωh| = 4 ⟨wo, h⟩.
-    fn pdf(&self, tan2_h: f64, wo: DVec3) -> f64 {
-        let (d, g1) = match self {
-            Self::Sgd(sgd) => (sgd.ndf.eval(tan2_h), sgd.masking.g1(cot_theta(wo))),
-            Self::Ggx { alpha } => {
-                let lambda = ggx_lambda(cot_theta(wo) / alpha);
-                (GgxNdf { alpha: *alpha }.eval(tan2_h), 1.0 / (1.0 + lambda))
-            }
-        };
-        0.25 * d * (g1 / cos_theta(wo))
+    /// D at x = tan²θh \[1/sr\].
+    fn ndf(&self, tan2_h: f64) -> f64 {
+        match self {
+            Self::Sgd(sgd) => sgd.ndf.eval(tan2_h),
+            Self::Ggx { alpha } => GgxNdf { alpha: *alpha }.eval(tan2_h),
+        }
+    }
+
+    /// G1 at cotθ.
+    fn g1(&self, cot_theta: f64) -> f64 {
+        match self {
+            Self::Sgd(sgd) => sgd.masking.g1(cot_theta),
+            Self::Ggx { alpha } => 1.0 / (1.0 + ggx_lambda(cot_theta / alpha)),
+        }
     }
 }
 

@@ -2,20 +2,20 @@
 
 use std::ffi::OsStr;
 use std::fs;
-use std::io::{Cursor, Read as _};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use exr::meta::MetaData;
-use exr::meta::attribute::AttributeValue;
 use serde::{Deserialize, Serialize};
 
 use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
+use crate::encode::entry;
+use crate::encode::manifest::Format;
 use crate::scene::{Counts, Scene, Slot};
 
-/// Prints what is in a scene (.glb, .gltf, .obj), a manifest, or a lookup texture (.exr): which
-/// measured materials, and the textures' sizes and tolerances.
+/// Prints what is in a scene (.glb, .gltf, .obj), a manifest, or a lookup texture (.exr, .ktx2,
+/// .png): which measured materials, and the textures' sizes and tolerances.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  sgdbake inspect out.glb --json")]
 pub struct Arguments {
@@ -70,6 +70,8 @@ struct TextureContent {
     size: Vec<u64>,
     #[serde(default)]
     rows: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    row: Option<usize>,
     #[serde(default)]
     error: Promise,
 }
@@ -127,7 +129,6 @@ struct Manifest {
 }
 
 const SCHEMA: &str = "sgdbake/inspect/1";
-const EXR_MAGIC: &[u8] = b"\x76\x2f\x31\x01";
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
@@ -139,9 +140,9 @@ fn contents(path: &Path) -> Result<Contents, Failure> {
     let job = |error: &dyn std::fmt::Display| Failure::job(format!("{}: {error}", path.display()));
     let mut start = Vec::new();
     let file = fs::File::open(path).map_err(|error| job(&error))?;
-    file.take(4).read_to_end(&mut start).map_err(|error| job(&error))?;
+    file.take(12).read_to_end(&mut start).map_err(|error| job(&error))?;
     let ending = path.extension().map(OsStr::to_ascii_lowercase);
-    if start == EXR_MAGIC {
+    if Format::of(&start).is_some() {
         let bytes = fs::read(path).map_err(|error| job(&error))?;
         return of_texture(&bytes).map_err(|error| job(&error));
     }
@@ -172,29 +173,34 @@ pub fn of_manifest(text: &str) -> Result<Contents, String> {
     })
 }
 
-/// What the `sgdbake` attribute of an EXR says.
+/// What the manifest entry in a texture file says.
 ///
 /// # Errors
 ///
-/// Bytes that are no EXR, and an EXR without the attribute.
+/// Bytes that are no texture file, or a damaged one, or one without the entry.
 pub fn of_texture(bytes: &[u8]) -> Result<Contents, String> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false);
-    let meta = meta.map_err(|error| error.to_string())?;
-    let attributes = meta.headers.iter().flat_map(|header| {
-        header.own_attributes.other.iter().chain(&header.shared_attributes.other)
-    });
-    let mut entries = attributes.filter_map(|(name, value)| match value {
-        AttributeValue::Text(text) if name.eq("sgdbake") => Some(text.to_string()),
-        _ => None,
-    });
-    let entry = entries.next().ok_or("this EXR carries no 'sgdbake' attribute")?;
-    let texture = serde_json::from_str(&entry).map_err(|error| error.to_string())?;
+    let entry = entry::read(bytes).map_err(|error| error.to_string())?;
+    let texture: TextureContent =
+        serde_json::from_str(&entry).map_err(|error| format!("its entry: {error}"))?;
     Ok(Contents {
         schema: SCHEMA,
         kind: Kind::Texture,
+        materials: texture.materials(),
         textures: vec![texture],
-        ..Contents::default()
+        scene: None,
     })
+}
+
+impl TextureContent {
+    /// The first material of each row.
+    fn materials(&self) -> Vec<MaterialContent> {
+        let material = |(index, name): (usize, &String)| MaterialContent {
+            name: name.clone(),
+            row: Some(self.row.unwrap_or(index)),
+            slot: None,
+        };
+        self.rows.iter().enumerate().map(material).collect()
+    }
 }
 
 fn of_scene(scene: &Scene) -> Contents {

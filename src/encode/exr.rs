@@ -6,10 +6,11 @@
 
 use std::io::Cursor;
 
+use exr::block::reader::Reader;
 use exr::prelude::*;
 
-use crate::encode::GENERATOR;
 use crate::encode::manifest::{Format, Location, TextureEntry};
+use crate::encode::{GENERATOR, KEY};
 use crate::lut::{Table, Texels};
 
 /// The mime type of an OpenEXR file.
@@ -27,7 +28,7 @@ pub fn encode(table: &Table, name: &str) -> Vec<u8> {
     attributes.software_name = Some(GENERATOR.into());
     let entry = TextureEntry::new(table, Format::Exr, Location::File { file: name.to_owned() });
     let entry = Text::from(entry.to_json().as_str());
-    attributes.other.insert("sgdbake".into(), AttributeValue::Text(entry));
+    attributes.other.insert(KEY.into(), AttributeValue::Text(entry));
     let encoding = Encoding {
         compression: Compression::Uncompressed,
         blocks: Blocks::ScanLines,
@@ -42,6 +43,25 @@ pub fn encode(table: &Table, name: &str) -> Vec<u8> {
         .to_buffered(&mut bytes)
         .expect("a complete image written to memory");
     bytes.into_inner()
+}
+
+/// The manifest entry of an OpenEXR file; `None` if it carries none.
+///
+/// # Errors
+///
+/// The header, or a block of texels that it claims, cannot be read.
+pub fn entry(bytes: &[u8]) -> Result<Option<String>> {
+    let reader = Reader::read_from_buffered(Cursor::new(bytes), false)?;
+    let attributes = reader.headers().iter().flat_map(|header| {
+        header.own_attributes.other.iter().chain(&header.shared_attributes.other)
+    });
+    let mut entries = attributes.filter_map(|(name, value)| match value {
+        AttributeValue::Text(text) if name.eq(KEY) => Some(text.to_string()),
+        _ => None,
+    });
+    let entry = entries.next();
+    reader.all_chunks(false)?.try_for_each(|chunk| chunk.map(drop))?;
+    Ok(entry)
 }
 
 fn channels(texels: &Texels) -> AnyChannels<FlatSamples> {

@@ -4,15 +4,15 @@
 //! so its layout stands here (Khronos, KTX File Format Specification 2.0).
 
 use half::f16;
+use ktx2::{Header, KeyValueDataIterator, LevelIndex, ParseError};
 
-use crate::encode::GENERATOR;
 use crate::encode::manifest::{Format, Location, TextureEntry};
+use crate::encode::{GENERATOR, KEY};
 use crate::lut::{Depth, Table, Texels};
 
 /// The mime type of a KTX 2 file.
 pub const MIME_TYPE: &str = "image/ktx2";
 
-const IDENTIFIER: [u8; 12] = *b"\xABKTX 20\xBB\r\n\x1A\n";
 /// Identifier, header, index and one level index entry.
 const HEAD_BYTES: usize = 12 + 9 * 4 + 4 * 4 + 2 * 8 + 3 * 8;
 const R16G16B16A16_SFLOAT: u32 = 97;
@@ -34,7 +34,7 @@ pub fn encode(table: &Table, name: &str) -> Option<Vec<u8>> {
     let level_at = (key_values_at + key_values.len()).next_multiple_of(4 * channel_bytes as usize);
     let depth = table.size.get(2).map_or(0, |depth| *depth as u32);
     let mut bytes = Vec::with_capacity(level_at + level_bytes);
-    bytes.extend(IDENTIFIER);
+    bytes.extend(ktx2::MAGIC);
     let header =
         [format, channel_bytes, table.size[0] as u32, table.size[1] as u32, depth, 0, 1, 1, 0];
     let index = [HEAD_BYTES, descriptor.len(), key_values_at, key_values.len()].map(|n| n as u32);
@@ -50,6 +50,31 @@ pub fn encode(table: &Table, name: &str) -> Option<Vec<u8>> {
     bytes.resize(level_at, 0);
     append_texels(&mut bytes, &table.texels);
     Some(bytes)
+}
+
+/// The manifest entry of a KTX 2 file; `None` if it carries none.
+///
+/// # Errors
+///
+/// The header, the keys or a level reach beyond the file.
+// Not by `ktx2::Reader`: it also parses the data format descriptor, and panics on a damaged one.
+pub fn entry(bytes: &[u8]) -> Result<Option<String>, ParseError> {
+    let (head, _) = bytes.split_first_chunk().ok_or(ParseError::UnexpectedEnd)?;
+    let Header { index, level_count, .. } = Header::from_bytes(head)?;
+    let levels = (level_count.max(1) as usize).saturating_mul(LevelIndex::LENGTH);
+    let levels = section(bytes, Header::LENGTH as u64, levels as u64)?;
+    for level in levels.as_chunks().0.iter().map(LevelIndex::from_bytes) {
+        section(bytes, level.byte_offset, level.byte_length)?;
+    }
+    let key_values = section(bytes, index.kvd_byte_offset.into(), index.kvd_byte_length.into())?;
+    let entry = KeyValueDataIterator::new(key_values).find(|(key, _)| *key == KEY);
+    Ok(entry.map(|(_, text)| String::from_utf8_lossy(text).trim_end_matches('\0').to_owned()))
+}
+
+fn section(bytes: &[u8], start: u64, length: u64) -> Result<&[u8], ParseError> {
+    let end = start.saturating_add(length);
+    let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
+    range.and_then(|(start, end)| bytes.get(start..end)).ok_or(ParseError::UnexpectedEnd)
 }
 
 /// The basic data format descriptor: linear BT.709 RGBA, signed floats.
@@ -79,7 +104,7 @@ fn data_format_descriptor(channel_bytes: u32) -> Vec<u8> {
 fn key_values(table: &Table, name: &str) -> Vec<u8> {
     let entry = TextureEntry::new(table, Format::Ktx2, Location::File { file: name.to_owned() });
     let mut bytes = Vec::new();
-    for (key, value) in [("KTXwriter", GENERATOR), ("sgdbake", &entry.to_json())] {
+    for (key, value) in [("KTXwriter", GENERATOR), (KEY, &entry.to_json())] {
         bytes.extend(((key.len() + value.len() + 2) as u32).to_le_bytes());
         for text in [key, value] {
             bytes.extend(text.as_bytes());

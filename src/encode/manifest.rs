@@ -144,6 +144,24 @@ impl FromStr for Format {
 }
 
 impl Format {
+    /// The format of a file, by its first bytes.
+    #[must_use]
+    pub fn of(start: &[u8]) -> Option<Self> {
+        [Self::Exr, Self::Ktx2, Self::Png]
+            .into_iter()
+            .find(|format| start.starts_with(format.signature()))
+    }
+
+    /// The bytes that every file of the format starts with.
+    #[must_use]
+    pub const fn signature(self) -> &'static [u8] {
+        match self {
+            Self::Exr => b"\x76\x2f\x31\x01",
+            Self::Ktx2 => &ktx2::MAGIC,
+            Self::Png => b"\x89PNG\r\n\x1a\n",
+        }
+    }
+
     /// The name, which is also the file extension.
     #[must_use]
     pub fn extension(self) -> &'static str {

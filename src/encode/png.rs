@@ -2,10 +2,14 @@
 //! `range[0]` to `range[1]`. No gamma; row 0 is the first scanline. The text chunk `sgdbake` holds
 //! the table's manifest entry.
 
-use png::{BitDepth, ColorType, Compression, Encoder, EncodingError};
+use std::io::Cursor;
 
-use crate::encode::GENERATOR;
+use png::{
+    BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, EncodingError, Limits,
+};
+
 use crate::encode::manifest::{Format, Location, TextureEntry};
+use crate::encode::{GENERATOR, KEY};
 use crate::lut::{Table, Texels};
 
 /// The table as a PNG; `None` if its texels are floating point.
@@ -20,6 +24,24 @@ pub fn encode(table: &Table, name: &str) -> Option<Vec<u8>> {
     Some(write(table, name, &codes).expect("a complete image written to memory"))
 }
 
+/// The manifest entry of a PNG; `None` if it carries none.
+///
+/// # Errors
+///
+/// A chunk is damaged or missing, or a row is too long for any table.
+pub fn entry(bytes: &[u8]) -> Result<Option<String>, DecodingError> {
+    /// Hundreds of times the longest row and text that are written.
+    const LARGEST: usize = 16 << 20;
+    let decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: LARGEST });
+    let mut reader = decoder.read_info()?;
+    reader.finish()?;
+    let text = reader.info().utf8_text.iter().find(|text| text.keyword == KEY);
+    let Some(mut text) = text.cloned() else { return Ok(None) };
+    // Whoever rewrites the file may compress it; the crate bounds what it may grow to.
+    text.decompress_text()?;
+    text.get_text().map(Some)
+}
+
 fn write(table: &Table, name: &str, codes: &[u8]) -> Result<Vec<u8>, EncodingError> {
     let entry = TextureEntry::new(table, Format::Png, Location::File { file: name.to_owned() });
     let mut bytes = Vec::new();
@@ -28,7 +50,7 @@ fn write(table: &Table, name: &str, codes: &[u8]) -> Result<Vec<u8>, EncodingErr
     encoder.set_depth(BitDepth::Sixteen);
     encoder.set_compression(Compression::Fast);
     encoder.add_text_chunk("Software".to_owned(), GENERATOR.to_owned())?;
-    encoder.add_itxt_chunk("sgdbake".to_owned(), entry.to_json())?;
+    encoder.add_itxt_chunk(KEY.to_owned(), entry.to_json())?;
     let mut writer = encoder.write_header()?;
     writer.write_image_data(codes)?;
     writer.finish()?;

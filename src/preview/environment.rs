@@ -17,17 +17,18 @@ pub struct Environment {
     width: usize,
     height: usize,
     texels: Vec<Texel>,
-    /// Cumulative share of rows 0..=i; the last is 1.
-    rows: Vec<f64>,
-    /// Per row, the cumulative share of its columns.
-    columns: Vec<f32>,
+    /// cosθ of the rows' edges, from 1 at the zenith to −1.
+    edges: Vec<f64>,
+    rows: Steps,
+    /// Per row, its columns.
+    columns: Vec<Steps>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Texel {
     rgb: [f32; 3],
-    /// Sampling density per unit of the image plane (u, v).
-    density: f32,
+    /// Sampling density \[1/sr\].
+    pdf: f32,
 }
 
 /// Light drawn from, or seen in, a direction.
@@ -68,21 +69,27 @@ impl Environment {
     pub fn new(width: usize, pixels: &[[f32; 3]]) -> Result<Self, EnvironmentError> {
         let height = pixels.len().checked_div(width).unwrap_or(0);
         let clean = |c: f32| if c.is_finite() { c.max(0.0) } else { 0.0 };
+        let edges: Vec<f64> = (0..=height).map(|row| polar_cosine(row, height)).collect();
         let mut texels: Vec<Texel> = pixels[..width * height]
             .iter()
-            .map(|rgb| Texel { rgb: rgb.map(clean), density: 0.0 })
+            .map(|rgb| Texel {
+                rgb: rgb.map(clean),
+                pdf: luminance(rgb.map(clean).map(f64::from)) as f32,
+            })
             .collect();
-        let sums = weigh(&mut texels, width, height);
-        let total: f64 = sums.iter().sum();
-        if !(total > 0.0 && total.is_finite()) {
+        let columns: Vec<Steps> = texels.par_chunks(width.max(1)).map(Steps::of_row).collect();
+        let weights = columns.iter().zip(edges.windows(2));
+        let weights: Vec<f64> =
+            weights.map(|(row, edge)| row.total * (edge[0] - edge[1])).collect();
+        let rows = Steps::new(weights.iter().copied());
+        if !(rows.total > 0.0 && rows.total.is_finite()) {
             return Err(EnvironmentError::Dark);
         }
-        let scale = (width * height) as f64 / total;
-        let columns = texels.chunks(width).flat_map(cumulative_columns).collect();
+        let scale = width as f64 / (TAU * rows.total);
         for texel in &mut texels {
-            texel.density = (f64::from(texel.density) * scale) as f32;
+            texel.pdf = (f64::from(texel.pdf) * scale) as f32;
         }
-        Ok(Self { width, height, texels, rows: cumulative(&sums, total), columns })
+        Ok(Self { width, height, texels, edges, rows, columns })
     }
 
     /// Reads an equirectangular `.hdr` or `.exr` image.
@@ -125,58 +132,70 @@ impl Environment {
     /// A direction of density proportional to the luminance, from two uniform numbers in [0, 1).
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> Arriving {
-        let row = self.rows.partition_point(|share| *share <= u[1]).min(self.height - 1);
-        let columns = &self.columns[row * self.width..][..self.width];
-        let column = columns.partition_point(|share| f64::from(*share) <= u[0]).min(self.width - 1);
-        let above = row.checked_sub(1).map_or(0.0, |row| self.rows[row]);
-        let within_row = fraction(u[1], above, self.rows[row]);
-        let left = column.checked_sub(1).map_or(0.0, |column| f64::from(columns[column]));
-        let within_column = fraction(u[0], left, f64::from(columns[column]));
-        let direction = direction_at(
-            (column as f64 + within_column) / self.width as f64,
-            (row as f64 + within_row) / self.height as f64,
-        );
-        self.arriving(direction, row * self.width + column)
+        let (row, within_row) = self.rows.at(u[1]);
+        let (column, within_column) = self.columns[row].at(u[0]);
+        // Even in cosθ and azimuth, a texel is drawn evenly in solid angle.
+        let cos_theta = self.edges[row] + within_row * (self.edges[row + 1] - self.edges[row]);
+        let azimuth = azimuth((column as f64 + within_column) / self.width as f64);
+        self.arriving(turned(cos_theta, azimuth), row * self.width + column)
     }
 
     fn arriving(&self, direction: DVec3, texel: usize) -> Arriving {
-        let Texel { rgb, density } = self.texels[texel];
-        // dω = 2π² sinθ du dv
-        let sin_theta = direction.x.hypot(direction.z).max(1e-9);
-        let pdf = f64::from(density) * 0.5 * FRAC_1_PI * FRAC_1_PI / sin_theta;
-        Arriving { direction, radiance: rgb.map(f64::from), pdf }
+        let Texel { rgb, pdf } = self.texels[texel];
+        Arriving { direction, radiance: rgb.map(f64::from), pdf: f64::from(pdf) }
     }
 }
 
-/// Sets every texel's density to luminance · sinθ, and gives the sum of each row.
-fn weigh(texels: &mut [Texel], width: usize, height: usize) -> Vec<f64> {
-    let row = |(row, texels): (usize, &mut [Texel])| {
-        let sin_theta = (PI * (row as f64 + 0.5) / height as f64).sin();
-        texels
-            .iter_mut()
-            .map(|texel| {
-                texel.density = (luminance(texel.rgb.map(f64::from)) * sin_theta) as f32;
-                f64::from(texel.density)
+/// A distribution over indices that keeps the order of the uniform number, drawn in constant
+/// expected time by the guide table of Chen and Asau (1974).
+#[derive(Clone, Debug)]
+struct Steps {
+    /// Sum of the weights.
+    total: f64,
+    /// Share of the indices 0..=i; the last is 1.
+    cumulative: Vec<f32>,
+    /// For each of a power of two even parts of [0, 1), the first index that reaches beyond its
+    /// start.
+    guide: Vec<u32>,
+}
+
+impl Steps {
+    fn new(weights: impl Iterator<Item = f64> + Clone) -> Self {
+        let total: f64 = weights.clone().sum();
+        let mut sum = 0.0;
+        let cumulative: Vec<f32> = weights
+            .map(|weight| {
+                sum += weight;
+                (sum / total.max(f64::MIN_POSITIVE)) as f32
             })
-            .sum()
-    };
-    texels.par_chunks_mut(width.max(1)).enumerate().map(row).collect()
-}
+            .collect();
+        let parts = cumulative.len().next_power_of_two();
+        let mut index = 0;
+        let guide = (0..parts)
+            .map(|part| {
+                index += cumulative[index..]
+                    .partition_point(|share| f64::from(*share) <= part as f64 / parts as f64);
+                index as u32
+            })
+            .collect();
+        Self { total, cumulative, guide }
+    }
 
-fn cumulative(weights: &[f64], total: f64) -> Vec<f64> {
-    weights
-        .iter()
-        .scan(0.0, |sum, weight| {
-            *sum += weight;
-            Some(*sum / total)
-        })
-        .collect()
-}
+    fn of_row(row: &[Texel]) -> Self {
+        Self::new(row.iter().map(|texel| f64::from(texel.pdf)))
+    }
 
-fn cumulative_columns(row: &[Texel]) -> Vec<f32> {
-    let weights: Vec<f64> = row.iter().map(|texel| f64::from(texel.density)).collect();
-    let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    cumulative(&weights, total).into_iter().map(|share| share as f32).collect()
+    /// The index that `u` in [0, 1) falls to, and where in its share, in [0, 1].
+    fn at(&self, u: f64) -> (usize, f64) {
+        let last = self.cumulative.len() - 1;
+        let mut index = self.guide[(u * self.guide.len() as f64) as usize] as usize;
+        while index < last && f64::from(self.cumulative[index]) <= u {
+            index += 1;
+        }
+        let index = index.min(last);
+        let below = index.checked_sub(1).map_or(0.0, |below| f64::from(self.cumulative[below]));
+        (index, fraction(u, below, f64::from(self.cumulative[index])))
+    }
 }
 
 /// Where `u` lies between two cumulative shares, in [0, 1].
@@ -190,11 +209,26 @@ fn texel_centre(index: usize, width: usize, height: usize) -> [f64; 2] {
     [(column as f64 + 0.5) / width as f64, (row as f64 + 0.5) / height as f64]
 }
 
-/// The direction of image coordinates: polar angle πv from +y, azimuth 2π(u − ½) from −z.
-fn direction_at(u: f64, v: f64) -> DVec3 {
-    let (sin_theta, cos_theta) = (PI * v).sin_cos();
-    let (sin_phi, cos_phi) = (TAU * (u - 0.5)).sin_cos();
+/// cosθ of a row's upper edge.
+fn polar_cosine(row: usize, height: usize) -> f64 {
+    (PI * row as f64 / height as f64).cos()
+}
+
+/// The azimuth of a column's coordinate u, from −z.
+fn azimuth(u: f64) -> f64 {
+    TAU * (u - 0.5)
+}
+
+/// The direction at a polar angle from +y of the given cosine, and an azimuth.
+fn turned(cos_theta: f64, azimuth: f64) -> DVec3 {
+    let sin_theta = ((1.0 - cos_theta) * (1.0 + cos_theta)).max(0.0).sqrt();
+    let (sin_phi, cos_phi) = azimuth.sin_cos();
     DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
+}
+
+/// The direction of image coordinates: polar angle πv from +y.
+fn direction_at(u: f64, v: f64) -> DVec3 {
+    turned((PI * v).cos(), azimuth(u))
 }
 
 /// Image coordinates (u, v) in [0, 1] of a unit direction.

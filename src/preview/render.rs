@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::brdf::Reflectance;
 use crate::brdf::eval::above_horizon;
-use crate::brdf::sampler::{Sampler, Strategy};
+use crate::brdf::sampler::{Sampler, Strategy, Towards};
 use crate::material::Material;
 use crate::microfacet::masking::MaskingKind;
 use crate::preview::ball::{TO_VIEWER, frame};
@@ -57,7 +57,7 @@ pub const DIRECTIONS: usize = 16;
 pub fn render<const MODELS: usize>(
     shape: &Shape,
     environment: &Environment,
-    surface: &dyn Reflectance,
+    surface: &Sampler,
     models: [&dyn Reflectance; MODELS],
     quality: Quality,
     row_done: &(dyn Fn() + Sync),
@@ -107,7 +107,7 @@ fn develop(size: usize, seen: impl Iterator<Item = Seen> + Clone) -> Render {
 struct View<'a, const MODELS: usize> {
     shape: &'a Shape,
     environment: &'a Environment,
-    surface: &'a dyn Reflectance,
+    surface: &'a Sampler,
     models: [&'a dyn Reflectance; MODELS],
     quality: Quality,
 }
@@ -150,23 +150,30 @@ impl<const MODELS: usize> View<'_, MODELS> {
         paths.points.push(paths.pairs.len());
         let to_world = frame(hit.normal);
         let to_local = to_world.transpose();
-        let wo = to_local * TO_VIEWER;
+        let Some(surface) = self.surface.towards(to_local * TO_VIEWER) else { return };
         for index in point * (DIRECTIONS / 2)..(point + 1) * (DIRECTIONS / 2) {
             let lamp = self.environment.sample(spread(start.light, R2, index));
-            self.connect(hit, wo, to_local * lamp.direction, lamp, paths);
-            if let Some(wi) = self.surface.sample(wo, spread(start.surface, R3, index)) {
+            self.connect(hit, &surface, to_local * lamp.direction, lamp, paths);
+            if let Some(wi) = surface.sample(spread(start.surface, R3, index)) {
                 let lamp = self.environment.look(to_world * wi);
-                self.connect(hit, wo, wi, lamp, paths);
+                self.connect(hit, &surface, wi, lamp, paths);
             }
         }
     }
 
-    fn connect(&self, hit: &Hit, wo: DVec3, wi: DVec3, lamp: Arriving, paths: &mut Paths) {
-        if !(above_horizon(wi) && above_horizon(wo)) || self.shape.shadows(hit, lamp.direction) {
+    fn connect(
+        &self,
+        hit: &Hit,
+        surface: &Towards<'_>,
+        wi: DVec3,
+        lamp: Arriving,
+        paths: &mut Paths,
+    ) {
+        if !above_horizon(wi) || self.shape.shadows(hit, lamp.direction) {
             return;
         }
-        let density = 0.5 * (lamp.pdf + self.surface.pdf(wi, wo));
-        paths.pairs.push([wi, wo]);
+        let density = 0.5 * (lamp.pdf + surface.pdf(wi));
+        paths.pairs.push([wi, surface.wo()]);
         paths.light.push(lamp.radiance.map(|radiance| radiance * wi.z / density));
     }
 }

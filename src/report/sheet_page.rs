@@ -141,6 +141,9 @@ const MODEL_KEY: &str = "<div class=\"key\"><span class=\"sgd\">SGD</span>\
     <span class=\"beckmann\">Beckmann</span><span class=\"ggx\">GGX</span>\
     <span class=\"gltf\">glTF</span></div>";
 
+const DISTRIBUTION_KEY: &str = "<div class=\"key\"><span class=\"sgd\">SGD</span>\
+    <span class=\"beckmann\">Beckmann</span><span class=\"ggx\">GGX</span></div>";
+
 const CHANNEL_KEY: &str = "<div class=\"key\"><span class=\"r\">red</span>\
     <span class=\"g\">green</span><span class=\"b\">blue</span></div>";
 
@@ -157,7 +160,7 @@ fn lobes(plots: &Plots) -> String {
 
 fn curves(plots: &Plots) -> String {
     format!(
-        "<h2>Distribution of normals</h2>{MODEL_KEY}<div class=\"grid3\">{}</div>\
+        "<h2>Distribution of normals</h2>{DISTRIBUTION_KEY}<div class=\"grid3\">{}</div>\
          <h2>Fresnel, masking, albedo</h2>{CHANNEL_KEY}<div class=\"grid4 wide\">{}{}{}{}</div>",
         plots.ndf.concat(),
         plots.fresnel,
