@@ -78,10 +78,8 @@ impl Environment {
             })
             .collect();
         let columns: Vec<Steps> = texels.par_chunks(width.max(1)).map(Steps::of_row).collect();
-        let weights = columns.iter().zip(edges.windows(2));
-        let weights: Vec<f64> =
-            weights.map(|(row, edge)| row.total * (edge[0] - edge[1])).collect();
-        let rows = Steps::new(weights.iter().copied());
+        let weight = |(row, edge): (&Steps, &[f64])| row.total * (edge[0] - edge[1]);
+        let rows = Steps::new(columns.iter().zip(edges.windows(2)).map(weight));
         if !(rows.total > 0.0 && rows.total.is_finite()) {
             return Err(EnvironmentError::Dark);
         }
@@ -170,14 +168,11 @@ impl Steps {
             })
             .collect();
         let parts = cumulative.len().next_power_of_two();
-        let mut index = 0;
-        let guide = (0..parts)
-            .map(|part| {
-                index += cumulative[index..]
-                    .partition_point(|share| f64::from(*share) <= part as f64 / parts as f64);
-                index as u32
-            })
-            .collect();
+        let first_beyond = |part: usize| {
+            let start = part as f64 / parts as f64;
+            cumulative.partition_point(|share| f64::from(*share) <= start) as u32
+        };
+        let guide = (0..parts).map(first_beyond).collect();
         Self { total, cumulative, guide }
     }
 
@@ -351,6 +346,19 @@ mod tests {
             .map(|drawn| luminance(drawn.radiance) / drawn.pdf / f64::from(draws))
             .sum();
         assert!((estimate / light - 1.0).abs() < 0.02, "{estimate} {light}");
+    }
+
+    #[test]
+    fn the_guide_finds_what_a_search_finds() {
+        for weights in [&[1.0, 0.0, 3.0, 1e-9, 0.0, 2.0, 0.0][..], &[5.0], &[0.0, 0.0, 1.0]] {
+            let steps = Steps::new(weights.iter().copied());
+            for i in 0..1000 {
+                let u = f64::from(i) / 1000.0;
+                let (index, within) = steps.at(u);
+                assert_eq!(index, steps.cumulative.partition_point(|s| f64::from(*s) <= u));
+                assert!(weights[index] > 0.0 && (0.0..=1.0).contains(&within), "{u}");
+            }
+        }
     }
 
     #[test]
