@@ -159,7 +159,7 @@ impl Problem {
     /// From the starts whose weights alone do best, the best end.
     fn solve(&self) -> Lobes {
         const FROM: [f64; 9] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
-        const DESCENTS: usize = 2;
+        const DESCENTS: usize = 3;
         let mut weighed = FROM.map(|from| self.weigh(self.even_widths(from)));
         weighed.sort_by(|a, b| a.squares.total_cmp(&b.squares));
         let ends = weighed[..DESCENTS]
