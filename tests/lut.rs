@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use assert_cmd::Command;
 use sgdbake::brdf::ChannelBrdf;
@@ -10,6 +11,7 @@ use sgdbake::lut::budget::{Subject, measure};
 use sgdbake::lut::probe::probes;
 use sgdbake::lut::{
     Baked, Depth, Depths, Extent, Filter, Quantity, Request, Row, Table, Term, Texels, bake,
+    bake_with_progress,
 };
 use sgdbake::material::{Material, find};
 use sgdbake::microfacet::masking::MaskingKind;
@@ -62,6 +64,21 @@ fn the_3d_table_keeps_its_tolerance() {
         assert!(table.error.measured.is_some_and(|error| error <= 1e-2));
         assert!(matches!(table.texels, Texels::Half(_)));
     }
+}
+
+#[test]
+fn progress_counts_materials_and_3d_tables() {
+    let steps = AtomicUsize::new(0);
+    let wanted = Request {
+        quantities: vec![Quantity::Ndf, Quantity::Brdf3d],
+        extent: Extent::Size(8),
+        ..request(1.0)
+    };
+    let step = || {
+        steps.fetch_add(1, Ordering::Relaxed);
+    };
+    bake_with_progress(&[material("chrome"), material("teflon")], &wanted, &step).expect("small");
+    assert_eq!(steps.into_inner(), 4, "two materials sampled, two tables filled");
 }
 
 #[test]

@@ -90,6 +90,12 @@ impl ChannelBrdf {
         }
     }
 
+    /// The same with its exact masking from a table, for many evaluations.
+    #[must_use]
+    pub fn tabulated(self) -> Self {
+        Self { masking: self.masking.tabulated(), ..self }
+    }
+
     /// Every factor of f for unit `wi`, `wo`.
     #[must_use]
     pub fn terms(&self, wi: DVec3, wo: DVec3) -> Terms {

@@ -100,9 +100,12 @@ const FACTORS: [Quantity; 3] = [Quantity::Ndf, Quantity::Masking, Quantity::Fres
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = materials(arguments)?;
     let request = request(arguments)?;
-    let baked = lut::bake(&materials.iter().collect::<Vec<_>>(), &request)?;
+    let bar = output.progress(steps(&materials, &request), "bake");
+    let step = || bar.inc(1);
+    let baked = lut::bake_with_progress(&materials.iter().collect::<Vec<_>>(), &request, &step)?;
     let catalogue = arguments.compare.then(|| whole_catalogue(&request)).transpose()?;
-    let files = files(arguments, &materials, &baked)?;
+    let files = files(arguments, &materials, &baked, &step)?;
+    bar.finish_and_clear();
     // All or nothing: what stands in the way is found before the first file is written.
     for file in &files {
         refuse_foreign(&file.path, arguments.force)?;
@@ -113,6 +116,12 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         }
     }
     report(arguments, &files, &baked, catalogue, output)
+}
+
+/// What a bake tells its progress by: each material is sampled and fitted, and may get a 3D table.
+fn steps(materials: &[Material], request: &Request) -> u64 {
+    let tables = u64::from(request.quantities.contains(&Quantity::Brdf3d));
+    materials.len() as u64 * (2 + tables)
 }
 
 /// The materials asked for, or those that a scene's meshes use.
@@ -171,6 +180,7 @@ fn files(
     arguments: &Arguments,
     materials: &[Material],
     baked: &Baked,
+    step: &(dyn Fn() + Sync),
 ) -> Result<Vec<File>, Failure> {
     let mut files = Vec::new();
     let mut add = |name: &str, bytes: Vec<u8>| {
@@ -185,7 +195,8 @@ fn files(
     add("sgd_lut.glsl", shader::GLSL.into());
     add("sgd_lut.wgsl", shader::WGSL.into());
     let dressed = materials.par_iter().zip(&baked.placed);
-    let materials = dressed.map(|(material, placed)| dressing::entry(material, placed)).collect();
+    let entry = |(material, placed)| dressing::entry(material, placed);
+    let materials = dressed.map(entry).inspect(|_| step()).collect();
     let manifest = Manifest::new(materials, entries, baked.left_out.clone());
     let mut bytes = serde_json::to_vec_pretty(&manifest).map_err(Failure::job)?;
     bytes.push(b'\n');

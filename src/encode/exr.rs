@@ -7,6 +7,7 @@
 use std::io::Cursor;
 
 use exr::block::reader::Reader;
+use exr::image::IntoSample;
 use exr::prelude::*;
 
 use crate::encode::manifest::{Format, Location, TextureEntry};
@@ -36,8 +37,31 @@ pub fn encode(table: &Table, name: &str) -> Vec<u8> {
     };
     // The slices of a 3D table follow one another down the picture.
     let size = Vec2(table.size[0], table.size[1..].iter().product());
-    let layer = Layer::new(size, attributes, encoding, channels(&table.texels));
-    let mut bytes = Cursor::new(Vec::new());
+    match &table.texels {
+        Texels::Half(texels) => written(size, attributes, encoding, |i| texels[i], table.bytes()),
+        texels => written(size, attributes, encoding, |i| texels.get(i), table.bytes()),
+    }
+}
+
+/// The picture whose i-th pixel has the given red, green and blue, about `bytes` long.
+fn written<S: IntoSample>(
+    size: Vec2<usize>,
+    attributes: LayerAttributes,
+    encoding: Encoding,
+    rgb: impl Fn(usize) -> [S; 3] + Sync,
+    bytes: usize,
+) -> Vec<u8> {
+    let pixel = |at: Vec2<usize>| {
+        let [r, g, b] = rgb(at.flat_index_for_size(size));
+        (b, g, r)
+    };
+    let channels = SpecificChannels::build()
+        .with_channel("B")
+        .with_channel("G")
+        .with_channel("R")
+        .with_pixel_fn(pixel);
+    let layer = Layer::new(size, attributes, encoding, channels);
+    let mut bytes = Cursor::new(Vec::with_capacity(bytes + bytes / 32 + (1 << 16)));
     Image::from_layer(layer)
         .write()
         .to_buffered(&mut bytes)
@@ -62,20 +86,4 @@ pub fn entry(bytes: &[u8]) -> Result<Option<String>> {
     let entry = entries.next();
     reader.all_chunks(false)?.try_for_each(|chunk| chunk.map(drop))?;
     Ok(entry)
-}
-
-fn channels(texels: &Texels) -> AnyChannels<FlatSamples> {
-    let channel = |(c, name): (usize, &str)| AnyChannel::new(name, samples(texels, c));
-    AnyChannels::sort(["R", "G", "B"].into_iter().enumerate().map(channel).collect::<SmallVec<_>>())
-}
-
-/// The samples of colour channel `c`.
-fn samples(texels: &Texels, c: usize) -> FlatSamples {
-    match texels {
-        Texels::Half(texels) => FlatSamples::F16(texels.iter().map(|rgb| rgb[c]).collect()),
-        Texels::Float(texels) => FlatSamples::F32(texels.iter().map(|rgb| rgb[c]).collect()),
-        Texels::Unorm16 { .. } => {
-            FlatSamples::F32((0..texels.len()).map(|i| texels.get(i)[c]).collect())
-        }
-    }
 }

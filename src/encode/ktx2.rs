@@ -115,11 +115,15 @@ fn key_values(table: &Table, name: &str) -> Vec<u8> {
     bytes
 }
 
+/// The level: texels with an alpha of 1, in little-endian bytes.
 fn append_texels(bytes: &mut Vec<u8>, texels: &Texels) {
     match texels {
         Texels::Half(texels) => {
-            for [r, g, b] in texels {
-                bytes.extend([*r, *g, *b, f16::ONE].into_iter().flat_map(f16::to_le_bytes));
+            for texels in texels.chunks(1 << 12) {
+                let rgba =
+                    |[r, g, b]: &[f16; 3]| [*r, *g, *b, f16::ONE].map(|t| t.to_bits().to_le());
+                let rgba: Vec<[u16; 4]> = texels.iter().map(rgba).collect();
+                bytes.extend_from_slice(bytemuck::cast_slice(&rgba));
             }
         }
         Texels::Float(texels) => {

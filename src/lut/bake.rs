@@ -168,13 +168,26 @@ struct Sampled<'a> {
 ///
 /// No material, a size that no texture has, a tolerance that is out of range or out of reach.
 pub fn bake(materials: &[&Material], request: &Request) -> Result<Baked, BakeError> {
+    bake_with_progress(materials, request, &|| ())
+}
+
+/// [`bake`], telling `progress` after each material sampled and each 3D table filled.
+///
+/// # Errors
+///
+/// Those of [`bake`].
+pub fn bake_with_progress(
+    materials: &[&Material],
+    request: &Request,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Baked, BakeError> {
     check(materials, request)?;
     let invisible = match request.extent {
         Extent::Size(_) => 0.0,
         Extent::Tolerance(tolerance) => INVISIBLE * tolerance,
     };
-    let sampled: Vec<Sampled<'_>> =
-        materials.par_iter().map(|m| sample(m, request.masking, invisible)).collect();
+    let sampled = materials.par_iter().map(|m| sample(m, request.masking, invisible));
+    let sampled: Vec<Sampled<'_>> = sampled.inspect(|_| progress()).collect();
     let (rows, placed) = assign_rows(&sampled, request.masking);
     if rows.len() > MOST_ROWS {
         return Err(BakeError::Rows { found: rows.len() });
@@ -188,6 +201,7 @@ pub fn bake(materials: &[&Material], request: &Request) -> Result<Baked, BakeErr
         if request.wants(Quantity::Brdf3d) {
             for row in 0..rows.len() {
                 tables.push(fill_volume(&rows, row, &placed, &sampled, request)?);
+                progress();
             }
         }
         tables.splice(0..0, fill_factors(&rows, &placed, sampled, request)?);
@@ -222,7 +236,7 @@ fn check(materials: &[&Material], request: &Request) -> Result<(), BakeError> {
 /// Evaluates a material at its probes; a channel is visible if leaving its lobe out would err by
 /// more than `invisible` anywhere.
 fn sample(material: &Material, kind: MaskingKind, invisible: f64) -> Sampled<'_> {
-    let evaluator = |params| ChannelBrdf::with_accuracy(params, kind, MASKING_ACCURACY);
+    let evaluator = |params| ChannelBrdf::with_accuracy(params, kind, MASKING_ACCURACY).tabulated();
     let channels = material.channels.each_ref().map(evaluator);
     let probes = probes(&channels, 0);
     let visible =

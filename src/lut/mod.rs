@@ -15,7 +15,7 @@ pub mod term;
 pub mod volume;
 
 pub use axis::{Axis, Variable, Warp};
-pub use bake::{BakeError, Baked, Depths, Extent, LeftOut, Request, bake};
+pub use bake::{BakeError, Baked, Depths, Extent, LeftOut, Request, bake, bake_with_progress};
 pub use quantity::{Encoding, Factor, Quantity};
 pub use row::{Placed, Row};
 pub use table::{Depth, ErrorNote, Filter, Table, Texels};

@@ -5,9 +5,11 @@ pub mod beckmann_mixture;
 pub mod fresnel;
 pub mod masking;
 pub mod ndf;
+pub mod smith_table;
 pub mod visible_normals;
 
 pub use beckmann_mixture::{BeckmannLobe, BeckmannMixture};
 pub use fresnel::Fresnel;
 pub use masking::{FittedMasking, Masking, SmithMasking};
 pub use ndf::{BeckmannNdf, GgxNdf, SgdNdf};
+pub use smith_table::SmithTable;
