@@ -101,7 +101,7 @@ impl Visibility {
             density: density as f32,
             horizon: below as f32,
             lowest: -BELOW_HORIZON * scale as f32,
-            nodes: (0..last).map(|k| [node(k), node(k + 1) - node(k)]).collect(),
+            nodes: (0..=last).map(|k| [node(k), node((k + 1).min(last)) - node(k)]).collect(),
         }
     }
 
@@ -363,7 +363,7 @@ mod tests {
             let channels = entry.material.channels.each_ref().map(evaluator);
             let visibility = Visibility::new(&Row::new("", &channels, [true; 3]));
             let middle: Lanes = std::array::from_fn(|k| 0.5 * (-(k as f32) / 10.0).exp());
-            let reach = middle.map(|m| m * (40.0 * m).cos().abs());
+            let reach = middle.map(|m| m * (8.0 * std::f32::consts::PI * m).cos().abs());
             let places = visibility.places(&middle, &reach);
             for k in 0..BLOCK {
                 let cos =
