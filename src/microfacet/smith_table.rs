@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn every_published_channel_and_odd_ones_keep_the_stated_accuracy() {
-        let published = catalog().iter().flat_map(|entry| entry.material.channels.clone());
+        let published = catalog().iter().flat_map(|entry| entry.material.channels);
         let shapes =
             published.map(|c| (c.alpha, c.p)).chain([(1e-8, 4.0), (50.0, 0.1), (0.3, 0.0)]);
         let mut worst: f64 = 0.0;
