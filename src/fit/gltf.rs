@@ -32,7 +32,7 @@ pub const ROUGHNESS_RANGE: [f64; 2] = [0.03, 1.0];
 const SCAN: usize = 8;
 /// Relative decrease of Σ r² at which the scan and the refinement end.
 const SCAN_TOLERANCE: f64 = 3e-2;
-const TOLERANCE: f64 = 1e-7;
+const TOLERANCE: f64 = 1e-5;
 /// The same at which a coat has shown whether it pays.
 const COAT_TOLERANCE: f64 = 1e-3;
 

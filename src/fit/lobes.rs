@@ -172,7 +172,7 @@ impl Problem {
     /// The best weights for the widths of `x`: one quadratic problem per channel.
     fn weigh(&self, mut x: DVector<f64>) -> Minimum {
         let n = self.count;
-        let NormalEquations { gradient, hessian, .. } = self.equations(&x);
+        let NormalEquations { mut squares, gradient, hessian } = self.equations(&x);
         for c in 0..3 {
             let first = (1 + c) * n;
             let bounds = Bounds {
@@ -180,10 +180,15 @@ impl Problem {
                 upper: DVector::repeat(n, f64::INFINITY),
             };
             let hessian = damped(&hessian.view((first, first), (n, n)).into_owned(), 0.0);
-            let step = box_quadratic(&hessian, &gradient.rows(first, n).into_owned(), &bounds);
+            let gradient = gradient.rows(first, n).into_owned();
+            let step = box_quadratic(&hessian, &gradient, &bounds);
             x.rows_mut(first, n).zip_apply(&step, |x, step| *x = (*x + step).max(0.0));
+            // Linear in the weights: the quadratic model is exact.
+            let mut curved = DVector::zeros(n);
+            curved.sygemv(1.0, &hessian, &step, 0.0);
+            squares += 2.0 * gradient.dot(&step) + step.dot(&curved);
         }
-        Minimum { squares: self.equations(&x).squares, x }
+        Minimum { squares, x }
     }
 
     /// Widths in their range, weights ≥ 0.
@@ -242,13 +247,15 @@ impl Problem {
         jacobian.view_mut((samples, n), (1, n)).fill(SUM_WEIGHT);
         residual[samples] = SUM_WEIGHT * (weights.sum() - 1.0);
         equations.squares += residual.norm_squared();
-        let (hessian, gradient) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&residual));
+        let gradient = jacobian.tr_mul(&residual);
         // Unknown j of this channel: the n widths, then its own n weights.
         let place = |j: usize| if j < n { j } else { j + c * n };
         for i in 0..2 * n {
             equations.gradient[place(i)] += gradient[i];
-            for j in 0..2 * n {
-                equations.hessian[(place(i), place(j))] += hessian[(i, j)];
+            // Only the lower triangle is read.
+            for j in 0..=i {
+                let product = jacobian.column(i).dot(&jacobian.column(j));
+                equations.hessian[(place(i), place(j))] += product;
             }
         }
     }

@@ -35,7 +35,7 @@ pub const ALPHA_RANGE: [f64; 2] = [1e-3, 2.0];
 /// Widths looked at before the best are refined, a factor 1.5 apart.
 const SCAN: usize = 20;
 /// Relative decrease of Σ r² at which the scan and the refinement end.
-const SCAN_TOLERANCE: f64 = 1e-2;
+const SCAN_TOLERANCE: f64 = 3e-2;
 const TOLERANCE: f64 = 1e-7;
 
 /// The best lobe of `distribution` for a material, in the default metric.
