@@ -13,7 +13,8 @@ def osl_lobes(name, description, textures):
     """Path-traced lobes as OSL closures: Fresnel at each microfacet, any light."""
     graph = Graph(shader_group(name))
     shaders = [_diffuse(graph, description)]
-    shaders += [_osl_lobe(graph, lobe) for lobe in lobes.specular(description)]
+    if lobes.specular(description):
+        shaders.append(osl.script_node(graph, description).outputs["BSDF"])
     finish(graph, graph.add_shaders(shaders))
     return graph.tree
 
@@ -100,14 +101,3 @@ def _diffuse(graph, description):
     node = graph.node("ShaderNodeBsdfDiffuse")
     node.inputs["Color"].default_value = (*lobes.diffuse(description), 1.0)
     return node.outputs[0]
-
-
-def _osl_lobe(graph, lobe):
-    node = osl.script_node(graph)
-    node.inputs["Alpha"].default_value = lobe.alpha
-    for prefix, term in (("Quintic", lobe.quintic), ("Linear", lobe.linear)):
-        weight = tuple(w * size for w, size in zip(lobe.weight, term.size))
-        node.inputs[prefix + "Weight"].default_value = (*weight, 1.0)
-        for suffix, value in (("Tint", term.tint), ("F0", term.f0), ("F90", term.f90)):
-            node.inputs[prefix + suffix].default_value = value
-    return node.outputs["BSDF"]

@@ -5,6 +5,10 @@ The distribution is a mixture of Beckmann lobes with one width and one RGB weigh
 each; Fresnel is two Schlick terms per lobe (fresnel.py). Cycles evaluates a
 Beckmann closure as F D G / (4 cos_i cos_o), the material has rho_s/pi in place of
 1/4: the weight of lobe j is 4 rho_s/pi w_j.
+
+Where two closures a lobe are more than fit, the narrowest lobes take one each, with
+Fresnel at the view: over a lobe of width alpha, cos(theta_d) differs from cos(theta_o)
+by alpha/2 sin(theta_d).
 """
 
 import math
@@ -15,26 +19,39 @@ import bpy
 from . import fresnel
 from .manifest import CHANNELS
 
-# Two closures a lobe and one diffuse: 15 of the 16 that Cycles surely keeps.
-MAX_LOBES = 7
+# With the diffuse one, the 16 that Cycles surely keeps.
+MAX_CLOSURES = 15
+# More leave fewer than five with Fresnel at each microfacet.
+MAX_LOBES = 10
 # Cycles treats a lobe as a mirror, dark under a sun, where alpha^2 is at or below 2e-10; in 4.2, 5e-7.
 MIN_ALPHA = 2e-5 if bpy.app.version >= (4, 5) else 7.1e-4
-# Below this no peak is visible: sgd_lobe.osl lifts weights over Cycles' own limit of 1e-5.
+# Below this no peak is visible: sgd_lobes.osl lifts weights over Cycles' own limit of 1e-5.
 MIN_WEIGHT = 1e-9
 
 
 @dataclass(frozen=True)
 class Lobe:
     alpha: float
+    # w_j of the mixture, and 4 rho_s/pi w_j.
+    share: tuple
     weight: tuple
-    quintic: fresnel.Schlick
-    linear: fresnel.Schlick
 
 
 def specular(description):
     """The visible lobes, widest first."""
-    quintic, linear = fresnel.split([(channel["f0"], channel["f1"]) for channel in _channels(description)])
-    return [Lobe(alpha, weight, quintic, linear) for alpha, weight in _kept(description)]
+    strongest = _by_strength(description)[:MAX_LOBES]
+    visible = [lobe for lobe in strongest if sum(lobe.weight) / 3.0 >= MIN_WEIGHT]
+    return sorted(visible, key=lambda lobe: -lobe.alpha)
+
+
+def whole(count):
+    """How many of so many lobes take two closures: the widest, the others one each."""
+    return min(count, MAX_CLOSURES - count)
+
+
+def curves(description):
+    """(f0, f1) of the three channels."""
+    return [(channel["f0"], channel["f1"]) for channel in _channels(description)]
 
 
 def diffuse(description):
@@ -44,18 +61,17 @@ def diffuse(description):
 
 def losses(description):
     """What the lobes cannot show, as sentences for the panel."""
-    given, kept = _weighted(description), _kept(description)
+    given, kept = [sum(lobe.weight) for lobe in _by_strength(description)], len(specular(description))
     sentences = []
-    if not kept:
+    if kept == 0:
         sentences.append("No visible specular reflection: only the diffuse part is shown")
-    elif len(given) > len(kept):
-        lost = sum(sum(w) for _, w in given[len(kept):]) / sum(sum(w) for _, w in given)
-        sentences.append(f"{len(given) - len(kept)} of {len(given)} lobes left out: {lost:.1e} of the reflection")
+    elif len(given) > kept:
+        lost = sum(given[kept:]) / sum(given)
+        sentences.append(f"{len(given) - kept} of {len(given)} lobes left out: {lost:.1e} of the reflection")
     narrow = [alpha for alpha in description["lobes"]["alpha"] if alpha < MIN_ALPHA]
     if narrow:
         sentences.append(f"{len(narrow)} lobes widened to Cycles' smallest width {MIN_ALPHA:g}")
-    outside = [name for name, channel in zip(CHANNELS, _channels(description))
-               if fresnel.leaves_range(channel["f0"], channel["f1"])]
+    outside = [name for name, curve in zip(CHANNELS, curves(description)) if fresnel.leaves_range(*curve)]
     if outside:
         sentences.append(f"Fresnel leaves [0, 1] in {', '.join(outside)}: shown as published, with more noise")
     return sentences
@@ -65,15 +81,8 @@ def _channels(description):
     return [description["channels"][name] for name in CHANNELS]
 
 
-def _weighted(description):
-    """(alpha, 4 rho_s/pi w) of every lobe, strongest first."""
+def _by_strength(description):
     scale = [4.0 / math.pi * channel["rho_s"] for channel in _channels(description)]
-    lobes = description["lobes"]
-    pairs = [(max(alpha, MIN_ALPHA), tuple(s * w for s, w in zip(scale, weight)))
-             for alpha, weight in zip(lobes["alpha"], lobes["weights"])]
-    return sorted(pairs, key=lambda pair: -sum(pair[1]))
-
-
-def _kept(description):
-    visible = [pair for pair in _weighted(description)[:MAX_LOBES] if sum(pair[1]) / 3.0 >= MIN_WEIGHT]
-    return sorted(visible, key=lambda pair: -pair[0])
+    lobes = [Lobe(max(alpha, MIN_ALPHA), tuple(share), tuple(s * w for s, w in zip(scale, share)))
+             for alpha, share in zip(description["lobes"]["alpha"], description["lobes"]["weights"])]
+    return sorted(lobes, key=lambda lobe: -sum(lobe.weight))

@@ -14,10 +14,6 @@ use crate::lut::{self, Baked, Placed, Request, Table};
 use crate::material::Material;
 use crate::scene::{Attachment, Clearcoat, Replacement, Specular};
 
-/// Lobes of the mixture in the extension: with two closures each and a diffuse one, what fits into
-/// the 16 closures that a path tracer surely keeps.
-const LOBES: usize = 7;
-
 /// Version of the extension's body and of `extras.sgd`.
 const VERSION: u32 = 1;
 
@@ -43,7 +39,7 @@ pub fn replacements(
 pub fn entry(material: &Material, placed: &Placed) -> MaterialEntry {
     MaterialEntry {
         gltf: Some(fit::gltf::fit(material).material),
-        lobes: Some(fit::lobes::lobes(material, LOBES)),
+        lobes: Some(fit::lobes::for_picture(material)),
         ..MaterialEntry::new(placed)
     }
 }
@@ -57,7 +53,7 @@ fn replacement(
     let specular = Specular { factor: best.specular_factor, color: best.specular_color };
     let coat = best.clearcoat.zip(best.clearcoat_roughness);
     let entry = MaterialEntry::new(placed);
-    let lobes = fit::lobes::lobes(material, LOBES);
+    let lobes = fit::lobes::for_picture(material);
     let extension = json!({
         "version": VERSION,
         "name": entry.name,

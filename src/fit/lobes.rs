@@ -41,6 +41,18 @@ const TOLERANCE: f64 = 1e-5;
 /// The weight of the condition Σ_j w_j = 1 next to one sample's relative error.
 const SUM_WEIGHT: f64 = 1e2;
 
+/// The fewest lobes, from seven to ten, whose picture is within half a percent of a material's.
+///
+/// [`lobes`] of each count in turn, judged by [`picture::error`]; ten where none is.
+#[must_use]
+pub fn for_picture(material: &Material) -> Lobes {
+    const FEWER: std::ops::Range<usize> = 7..10;
+    const TOLERANCE: f64 = 5e-3;
+    let close = |lobes: &Lobes| picture::error(&material.channels, lobes) <= TOLERANCE;
+    let mut few = FEWER.map(|count| lobes(material, count));
+    few.find(close).unwrap_or_else(|| lobes(material, FEWER.end))
+}
+
 /// The mixture of `count` Beckmann lobes that looks most like a material.
 ///
 /// Least squares of D_fit − D, weighted as in a picture ([`picture::goals`]), over angles spaced by
@@ -294,6 +306,21 @@ mod tests {
                 assert!((start.squares - squares).abs() < 1e-10 * before, "{name} {from}");
             }
         }
+    }
+
+    #[test]
+    fn a_picture_takes_more_lobes_where_seven_are_too_few() {
+        for entry in catalog().iter().step_by(3) {
+            let lobes = for_picture(&entry.material);
+            let error = picture::error(&entry.material.channels, &lobes);
+            assert!(error <= 5e-3, "{}: {} {error}", entry.material.name, lobes.alpha.len());
+        }
+        let count = |name| {
+            for_picture(&crate::material::find(name).expect("in the catalogue").material)
+                .alpha
+                .len()
+        };
+        assert_eq!([count("gold-paint"), count("green-plastic"), count("steel")], [7, 8, 9]);
     }
 
     #[test]

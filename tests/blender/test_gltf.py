@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import json
+import os
 import shutil
 import struct
 import subprocess
+from pathlib import Path
 
 import bpy
 import pytest
@@ -12,6 +14,8 @@ import stage
 
 VALIDATOR = ROOT / "tests/js/validate.mjs"
 NAME = "SGD_materials_shifted_gamma"
+MODELS = Path(os.environ.get("SGDBAKE_SHARED", ROOT.parent / "shared")) / "models"
+SCENES = sorted(path for path in MODELS.rglob("*") if path.suffix in {".obj", ".gltf", ".glb"})
 
 
 def read(path):
@@ -84,3 +88,26 @@ def test_the_export_is_valid(imported, tmp_path):
     bpy.ops.export_scene.gltf(filepath=str(path), export_extras=True)
     report = subprocess.run(["node", VALIDATOR, path], check=True, text=True, stdout=subprocess.PIPE).stdout
     assert json.loads(report)["errors"] == []
+
+
+def triangles(objects):
+    for thing in objects:
+        thing.data.calc_loop_triangles()
+    return sum(len(thing.data.loop_triangles) for thing in objects)
+
+
+@pytest.mark.skipif(not SCENES, reason=f"no scenes in {MODELS}")
+@pytest.mark.parametrize("ending", ["glb", "gltf"])
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.name)
+def test_every_exported_scene_loads_with_its_material(scene, library, path, ending, tmp_path):
+    exported = tmp_path / f"scene.{ending}"
+    subprocess.run([library.binary, "--quiet", "export", path, "--assign", "*=gold-paint", "-o", exported], check=True)
+    inspected = subprocess.run([library.binary, "inspect", exported, "--json"], check=True, stdout=subprocess.PIPE)
+    objects = stage.load_objects(exported)
+    assert triangles(objects) == json.loads(inspected.stdout)["scene"]["triangles"] > 0
+    for thing in objects:
+        assert thing.material_slots
+        for slot in thing.material_slots:
+            assert json.loads(slot.material.sgd_material.description)["name"] == "gold-paint"
+            slot.material.sgd_material.mode = "LOBES"
+            assert slot.material.sgd_material.problem == ""
