@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, refuse_foreign, write_file};
 use crate::cli::selection::Materials;
+use crate::report::front::RULE;
 use crate::report::machine::Machine;
 use crate::report::speed_error::{Effort, SpeedError, speed_error};
 use crate::report::speed_error_page::{markdown, picture};
@@ -42,6 +43,7 @@ pub struct Arguments {
 struct Report {
     schema: &'static str,
     machine: Machine,
+    front_rule: &'static str,
     materials: Vec<SpeedError>,
 }
 
@@ -73,7 +75,8 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     bar.finish_and_clear();
     let page = markdown(&reports, &machine, picture_name);
     let pictures: Vec<String> = reports.iter().map(picture).collect();
-    let report = Report { schema: "sgdbake/speed-error/1", machine, materials: reports };
+    let schema = "sgdbake/speed-error/1";
+    let report = Report { schema, machine, front_rule: RULE, materials: reports };
     let json = serde_json::to_string_pretty(&report).map_err(Failure::job)?;
     let texts = [json + "\n", page].into_iter().chain(pictures);
     for (path, text) in paths.iter().zip(texts) {

@@ -43,8 +43,30 @@ pub struct Mark {
     pub class: String,
     /// Where.
     pub at: [f64; 2],
-    /// What stands beside it.
+    /// What stands beside it where there is room, and always where it is pointed at.
     pub label: String,
+    /// Whether the label stands even where there is no room.
+    pub always_named: bool,
+}
+
+/// An entry of a key: a line or a point in its style, and what that stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Key {
+    /// Whether it shows a line or a point.
+    pub shown: Shown,
+    /// CSS classes of what is shown.
+    pub class: &'static str,
+    /// What it stands for.
+    pub label: &'static str,
+}
+
+/// What an entry of a key shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// A piece of a curve.
+    Line,
+    /// A mark.
+    Point,
 }
 
 /// A chart with two axes.
@@ -62,10 +84,20 @@ pub struct Chart {
     pub curves: Vec<Curve>,
     /// Labelled points.
     pub marks: Vec<Mark>,
+    /// What stands under the title to explain the styles.
+    pub key: Vec<Key>,
 }
 
 /// Room for labels: left, top, right, bottom.
 const MARGIN: [f64; 4] = [52.0, 26.0, 12.0, 38.0];
+/// Height of the key's line.
+const KEY_HEIGHT: f64 = 18.0;
+/// Width of a piece of a curve in a key.
+const SAMPLE: f64 = 24.0;
+/// Half the width of a point.
+const POINT: f64 = 4.0;
+/// Width and height of a letter, at most.
+const LETTER: [f64; 2] = [7.0, 12.0];
 
 impl Axis {
     /// An evenly spaced axis.
@@ -116,6 +148,7 @@ fn linear_ticks(low: f64, high: f64) -> Vec<f64> {
 fn decade_ticks(low: f64, high: f64) -> Vec<f64> {
     let (first, last) = (low.log10().round() as i32, high.log10().round() as i32);
     let step = ((last - first) / 7 + 1) as usize;
+    let first = first + (-first).rem_euclid(step as i32);
     (first..=last).step_by(step).map(|decade| 10_f64.powi(decade)).collect()
 }
 
@@ -126,7 +159,28 @@ fn tick_label(value: f64) -> String {
         let digits = format!("{value:.3}");
         return digits.trim_end_matches('0').trim_end_matches('.').to_owned();
     }
-    format!("{value:e}")
+    match format!("{value:e}").strip_prefix("1e") {
+        Some(exponent) => format!("10{}", exponent.chars().map(superscript).collect::<String>()),
+        None => format!("{value:e}"),
+    }
+}
+
+fn superscript(letter: char) -> char {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    letter.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize])
+}
+
+/// A piece of a curve in its style, as the entry of a key.
+#[must_use]
+pub fn line_sample(class: &str, [x, y]: [f64; 2]) -> String {
+    format!("<path class=\"curve {class}\" d=\"M{x:.1} {y:.1}h{SAMPLE}\"/>")
+}
+
+/// The entry of a key as an element of a page.
+#[must_use]
+pub fn line_key(class: &str, label: &str) -> String {
+    let line = line_sample(class, [0.0, 3.0]);
+    format!("<span><svg viewBox=\"0 0 {SAMPLE} 6\" width=\"{SAMPLE}\">{line}</svg>{label}</span>")
 }
 
 impl Chart {
@@ -144,6 +198,7 @@ impl Chart {
             MARGIN[0],
             escape(&self.title)
         );
+        self.draw_key(&mut svg);
         self.draw_axes(&mut svg);
         for curve in &self.curves {
             let _ =
@@ -157,7 +212,10 @@ impl Chart {
     #[must_use]
     pub fn file(&self, style: &str) -> String {
         let namespace = "<svg xmlns=\"http://www.w3.org/2000/svg\"";
-        let with_style = format!("\"><style>{}</style>", escape(style));
+        let with_style = format!(
+            "\"><style>{}</style><rect class=\"ground\" width=\"100%\" height=\"100%\"/>",
+            escape(style)
+        );
         let generator = format!("<!-- {GENERATOR} -->\n");
         generator
             + &self.svg().replacen("<svg", namespace, 1).replacen("\">", &with_style, 1)
@@ -166,7 +224,10 @@ impl Chart {
 
     /// Where a point of the data lies in the drawing.
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let [left, top, right, bottom] = MARGIN;
+        let [left, mut top, right, bottom] = MARGIN;
+        if !self.key.is_empty() {
+            top += KEY_HEIGHT;
+        }
         let across = self.size[0] - left - right;
         let down = self.size[1] - top - bottom;
         [left + across * self.x.position(x), top + down * (1.0 - self.y.position(y))]
@@ -223,46 +284,74 @@ impl Chart {
         path
     }
 
-    /// Points, each named when pointed at, and the labels that have room: moved down past other
-    /// points and labels, and left out where that is too far. The front's labels always stand.
-    fn draw_marks(&self, svg: &mut String) {
-        const POINT: f64 = 4.0;
-        const HEIGHT: f64 = 11.0;
-        const TOO_FAR: f64 = 3.0 * HEIGHT;
-        let places: Vec<[f64; 2]> = self.marks.iter().map(|mark| self.place(mark.at)).collect();
-        let mut taken: Vec<[f64; 4]> =
-            places.iter().map(|[x, y]| [x - POINT, y - POINT, x + POINT, y + POINT]).collect();
-        for (mark, [x, y]) in self.marks.iter().zip(&places) {
-            let name = escape(&mark.label);
-            let _ = write!(
-                svg,
-                "<circle class=\"mark {}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{POINT}\"><title>{name}</title></circle>",
-                mark.class
-            );
-            let width = 6.0 * mark.label.chars().count() as f64;
-            let left = if x + 8.0 + width < self.size[0] { x + 7.0 } else { x - 7.0 - width };
-            let covers = |top: f64, other: &[f64; 4]| {
-                left < other[2]
-                    && other[0] < left + width
-                    && top < other[3]
-                    && other[1] < top + HEIGHT
+    fn draw_key(&self, svg: &mut String) {
+        let [mut x, y] = [MARGIN[0], MARGIN[1] + 3.0];
+        for Key { shown, class, label } in &self.key {
+            let (sample, width) = match shown {
+                Shown::Line => (line_sample(class, [x, y]), SAMPLE),
+                Shown::Point => (point(class, [x + POINT, y], ""), 2.0 * POINT),
             };
-            let mut top = y - 0.5 * HEIGHT;
-            while let Some(other) = taken.iter().find(|other| covers(top, other)) {
-                top = other[3];
-            }
-            if top - y > TOO_FAR && mark.class.is_empty() {
-                continue;
-            }
-            taken.push([left, top, left + width, top + HEIGHT]);
-            let _ = write!(
-                svg,
-                "<text class=\"name {}\" x=\"{left:.1}\" y=\"{:.1}\">{name}</text>",
-                mark.class,
-                top + 9.0
-            );
+            x += width + 5.0;
+            let _ = write!(svg, "{sample}<text x=\"{x:.1}\" y=\"{:.1}\">{label}</text>", y + 4.0);
+            x += LETTER[0] * label.chars().count() as f64 + 14.0;
         }
     }
+
+    /// Points, each named when pointed at, and the labels that have room beside them.
+    fn draw_marks(&self, svg: &mut String) {
+        let places: Vec<[f64; 2]> = self.marks.iter().map(|mark| self.place(mark.at)).collect();
+        let points = places.iter().map(|[x, y]| [x - POINT, y - POINT, x + POINT, y + POINT]);
+        let mut taken: Vec<[f64; 4]> = points.chain(self.level_lines()).collect();
+        for (mark, place) in self.marks.iter().zip(&places) {
+            let name = escape(&mark.label);
+            svg.push_str(&point(&mark.class, *place, &format!("<title>{name}</title>")));
+            let boxes = self.beside(*place, mark.label.chars().count());
+            let free = boxes.iter().find(|own| !taken.iter().any(|other| overlap(own, other)));
+            let Some(own) = free.or(mark.always_named.then_some(&boxes[0])) else { continue };
+            taken.push(*own);
+            let (class, x, y) = (&mark.class, own[0], own[3] - 3.0);
+            let _ =
+                write!(svg, "<text class=\"name {class}\" x=\"{x:.1}\" y=\"{y:.1}\">{name}</text>");
+        }
+    }
+
+    /// Where a label of so many letters may stand: right of its point, left, above and below; inside
+    /// the drawing.
+    fn beside(&self, [x, y]: [f64; 2], letters: usize) -> Vec<[f64; 4]> {
+        let [width, height] = [LETTER[0] * letters as f64, LETTER[1]];
+        let gap = POINT + 3.0;
+        let corners = [
+            [x + gap, y - 0.5 * height],
+            [x - gap - width, y - 0.5 * height],
+            [x, y - gap - height],
+            [x, y + gap],
+            [x - width, y - gap - height],
+            [x - width, y + gap],
+        ];
+        let inside = |[left, _]: &[f64; 2]| *left > MARGIN[0] && left + width < self.size[0];
+        let inside = corners.into_iter().filter(inside);
+        inside.map(|[left, top]| [left, top, left + width, top + height]).collect()
+    }
+
+    /// The pieces of curves that run along an axis, which labels keep clear of.
+    fn level_lines(&self) -> impl Iterator<Item = [f64; 4]> {
+        let pieces = self.curves.iter().flat_map(|curve| curve.points.windows(2));
+        let ends = pieces.map(|piece| [self.place(piece[0]), self.place(piece[1])]);
+        ends.filter(|[a, b]| a[0] == b[0] || a[1] == b[1]).map(|[a, b]| {
+            [a[0].min(b[0]) - 1.0, a[1].min(b[1]) - 1.0, a[0].max(b[0]) + 1.0, a[1].max(b[1]) + 1.0]
+        })
+    }
+}
+
+fn point(class: &str, [x, y]: [f64; 2], title: &str) -> String {
+    format!(
+        "<circle class=\"mark {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{POINT}\">{title}</circle>"
+    )
+}
+
+/// Whether two boxes (left, top, right, bottom) share an area.
+fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
 /// Text that is safe inside an element or an attribute.
@@ -281,7 +370,8 @@ mod tests {
         assert_eq!(decade_ticks(1e-3, 1e1).len(), 5);
         assert!(decade_ticks(1e-30, 1e4).len() <= 8);
         assert_eq!(tick_label(0.05), "0.05");
-        assert_eq!(tick_label(1e-6), "1e-6");
+        assert_eq!(tick_label(1e-12), "10⁻¹²");
+        assert_eq!(decade_ticks(1e-14, 1.0), [1e-12, 1e-9, 1e-6, 1e-3, 1.0]);
     }
 
     #[test]
@@ -296,6 +386,7 @@ mod tests {
                 points: vec![[0.0, 1e-3], [1.0, 1e2], [1.0, 1e9]],
             }],
             marks: vec![],
+            key: vec![],
         };
         let svg = chart.svg();
         assert!(svg.contains("a &lt; b") && !svg.contains("a < b"));
@@ -303,22 +394,38 @@ mod tests {
     }
 
     #[test]
-    fn labels_do_not_cover_each_other() {
-        let mark = |x: f64| Mark { class: "m".into(), at: [x, 0.5], label: "label".into() };
-        let chart = Chart {
+    fn labels_stand_clear_or_not_at_all() {
+        let mark = |x: f64| Mark {
+            class: "m".into(),
+            at: [x, 0.5],
+            label: "label".into(),
+            always_named: false,
+        };
+        let mut chart = Chart {
             title: String::new(),
             size: [300.0, 200.0],
             x: Axis::linear("x", 0.0, 1.0),
             y: Axis::linear("y", 0.0, 1.0),
             curves: vec![],
-            marks: vec![mark(0.5), mark(0.5), mark(0.52)],
+            marks: vec![mark(0.5); 9],
+            key: vec![],
         };
-        let svg = chart.svg();
-        let heights: std::collections::HashSet<&str> = svg
-            .split("class=\"name m\"")
-            .skip(1)
-            .filter_map(|text| text.split("y=\"").nth(1)?.split('"').next())
-            .collect();
-        assert_eq!(heights.len(), 3, "{svg}");
+        let labels = |chart: &Chart| {
+            let svg = chart.svg();
+            let number = |text: &str, key: &str| {
+                text.split(key).nth(1)?.split('"').next()?.parse::<f64>().ok()
+            };
+            let place = |text: &str| Some([number(text, "x=\"")?, number(text, "y=\"")?]);
+            svg.split("class=\"name m\"").skip(1).filter_map(place).collect::<Vec<_>>()
+        };
+        let places = labels(&chart);
+        assert_eq!(places.len(), 6, "six boxes around one place, nine points");
+        for (i, [x, y]) in places.iter().enumerate() {
+            for [u, v] in &places[..i] {
+                assert!((x - u).abs() >= 35.0 || (y - v).abs() >= 12.0, "{places:?}");
+            }
+        }
+        chart.marks[8].always_named = true;
+        assert_eq!(labels(&chart).len(), 7);
     }
 }

@@ -5,6 +5,7 @@ pub mod audit;
 pub mod audit_page;
 pub mod chart;
 pub mod deviation;
+pub mod front;
 pub mod heat;
 pub mod machine;
 pub mod number;

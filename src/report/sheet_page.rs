@@ -9,7 +9,7 @@ use crate::material::Channel;
 use crate::microfacet::{FittedMasking, SgdNdf};
 use crate::preview::film::FilmError;
 use crate::report::audit_page;
-use crate::report::chart::escape;
+use crate::report::chart::{escape, line_key};
 use crate::report::heat;
 use crate::report::number::six_digits;
 use crate::report::sheet::{FIT_NAMES, Page, Sheet};
@@ -137,20 +137,22 @@ fn data_uri(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png))
 }
 
-const MODEL_KEY: &str = "<div class=\"key\"><span class=\"sgd\">SGD</span>\
-    <span class=\"beckmann\">Beckmann</span><span class=\"ggx\">GGX</span>\
-    <span class=\"gltf\">glTF</span></div>";
+const SGD: (&str, &str) = ("sgd", "SGD");
+const DISTRIBUTIONS: [(&str, &str); 3] = [SGD, ("beckmann", "Beckmann"), ("ggx", "GGX")];
+const MODELS: [(&str, &str); 4] = [SGD, DISTRIBUTIONS[1], DISTRIBUTIONS[2], ("gltf", "glTF")];
+const CHANNELS: [(&str, &str); 3] = [("r", "red"), ("g", "green"), ("b", "blue")];
 
-const DISTRIBUTION_KEY: &str = "<div class=\"key\"><span class=\"sgd\">SGD</span>\
-    <span class=\"beckmann\">Beckmann</span><span class=\"ggx\">GGX</span></div>";
-
-const CHANNEL_KEY: &str = "<div class=\"key\"><span class=\"r\">red</span>\
-    <span class=\"g\">green</span><span class=\"b\">blue</span></div>";
+/// What the curves of the charts below it stand for, (CSS class, name) each.
+fn key(entries: &[(&str, &str)]) -> String {
+    let entries: String = entries.iter().map(|(class, name)| line_key(class, name)).collect();
+    format!("<div class=\"key\">{entries}</div>")
+}
 
 fn lobes(plots: &Plots) -> String {
     let mut html = format!(
         "<h2>Lobes in the plane of incidence</h2><p class=\"soft\">The radius is ∛f; the dotted line is \
-         the direction to the light, and the half circle the largest value of its drawing.</p>{MODEL_KEY}"
+         the direction to the light, and the half circle the largest value of its drawing.</p>{}",
+        key(&MODELS)
     );
     for (_, channels) in &plots.lobes {
         let _ = write!(html, "<div class=\"grid3\">{}</div>", channels.concat());
@@ -160,9 +162,12 @@ fn lobes(plots: &Plots) -> String {
 
 fn curves(plots: &Plots) -> String {
     format!(
-        "<h2>Distribution of normals</h2>{DISTRIBUTION_KEY}<div class=\"grid3\">{}</div>\
-         <h2>Fresnel, masking, albedo</h2>{CHANNEL_KEY}<div class=\"grid4 wide\">{}{}{}{}</div>",
+        "<h2>Distribution of normals</h2><p class=\"soft\">D against the angle from the normal, per \
+         channel, with the best single lobe of each kind.</p>{}<div class=\"grid3\">{}</div>\
+         <h2>Fresnel, masking, albedo</h2>{}<div class=\"grid4 wide\">{}{}{}{}</div>",
+        key(&DISTRIBUTIONS),
         plots.ndf.concat(),
+        key(&CHANNELS),
         plots.fresnel,
         plots.masking,
         plots.masking_difference,

@@ -85,7 +85,7 @@ fn fresnel(sheet: &Sheet<'_>) -> String {
     let curves = sheet.sgd.channels.each_ref().map(curve);
     let values = || curves.iter().flatten().map(|p| p[1]);
     let (low, high) = (values().fold(0.0, f64::min), values().fold(1.0, f64::max));
-    chart("F", "θd [°]", "F", Axis::linear("", low, high), by_channel(curves, ""))
+    chart("Fresnel factor", "θd [°]", "F", Axis::linear("", low, high), by_channel(curves, ""))
 }
 
 /// D with the widths of the fits, in decades down from the peak.
@@ -103,9 +103,9 @@ fn ndf(sheet: &Sheet<'_>, c: usize) -> String {
     let curves = curves.map(|(points, class)| Curve { class: class.to_owned(), points }).collect();
     let y = Axis::decades("", sgd.peak() * DECADES, sgd.peak());
     let y = Axis { label: "D [1/sr]".to_owned(), ..y };
-    let title = format!("D · {}", Channel::ALL[c].name());
+    let title = format!("D, {}", Channel::ALL[c].name());
     let x = Axis::linear("θh [°]", 0.0, end);
-    Chart { title, size: CHART_SIZE, x, y, curves, marks: Vec::new() }.svg()
+    Chart { title, size: CHART_SIZE, x, y, curves, marks: vec![], key: vec![] }.svg()
 }
 
 /// The first round angle \[degrees\] at which the lobe is no longer `visible` at tan²θh.
@@ -188,5 +188,6 @@ fn by_channel(curves: [Vec<[f64; 2]>; 3], class: &str) -> Vec<Curve> {
 fn chart(title: &str, x: &str, y_label: &str, y: Axis, curves: Vec<Curve>) -> String {
     let y = Axis { label: y_label.to_owned(), ..y };
     let x = Axis::linear(x, 0.0, 90.0);
-    Chart { title: title.to_owned(), size: CHART_SIZE, x, y, curves, marks: Vec::new() }.svg()
+    Chart { title: title.to_owned(), size: CHART_SIZE, x, y, curves, marks: vec![], key: vec![] }
+        .svg()
 }

@@ -20,6 +20,7 @@ use crate::lut::table::Depth;
 use crate::material::Material;
 use crate::microfacet::masking::MaskingKind;
 use crate::report::deviation::{Deviation, Yardstick};
+use crate::report::front::margins;
 use crate::report::stopwatch::{Job, Patience, Timing, measure};
 
 /// A material's methods with their time and error.
@@ -46,8 +47,11 @@ pub struct Measured {
     pub preparation_ms: f64,
     /// Error against exact f64.
     pub error: Deviation,
-    /// Whether no other method is both faster and nearer; differences below 10 % count as none.
+    /// Whether it is on the Pareto front of time and largest error: `margin` > 1.
     pub front: bool,
+    /// Its time ratio over the limit that comes nearest to pushing it off, see [`margins`]; null in
+    /// JSON where no other method can.
+    pub margin: f64,
 }
 
 /// Kinds of methods.
@@ -62,6 +66,22 @@ pub enum Family {
     Table,
     /// The best fit of another model.
     Fit,
+}
+
+impl Family {
+    /// Every family.
+    pub const ALL: [Self; 4] = [Self::Formula, Self::Batch, Self::Table, Self::Fit];
+
+    /// Its name, as in JSON.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Formula => "formula",
+            Self::Batch => "batch",
+            Self::Table => "table",
+            Self::Fit => "fit",
+        }
+    }
 }
 
 /// How thoroughly to measure.
@@ -84,11 +104,11 @@ pub fn speed_error(material: &Material, effort: Effort) -> Result<SpeedError, Ba
     let errors: Vec<Deviation> =
         methods.iter().map(|method| yardstick.measure(method.reflectance())).collect();
     let pairs = Hemisphere::new();
-    let times = measure(methods.iter().map(|m| m.job(&pairs)).collect(), effort.patience());
-    let figures = times.into_iter().zip(errors);
-    let mut methods: Vec<Measured> =
-        methods.iter().zip(figures).map(|(m, f)| m.measured(f)).collect();
-    mark_front(&mut methods);
+    let rounds = measure(methods.iter().map(|m| m.job(&pairs)).collect(), effort.patience());
+    let margins = margins(&rounds, &errors.iter().map(|error| error.max).collect::<Vec<_>>());
+    let figures = rounds.timings().into_iter().zip(errors).zip(margins);
+    let measured = |(m, ((time, error), margin)): (&Method, _)| m.measured(time, error, margin);
+    let methods = methods.iter().zip(figures).map(measured).collect();
     Ok(SpeedError { material: material.name.clone(), methods })
 }
 
@@ -305,7 +325,7 @@ impl Method {
         Job { run, evaluations: pairs.rows.len() }
     }
 
-    fn measured(&self, (time, error): (Timing, Deviation)) -> Measured {
+    fn measured(&self, time: Timing, error: Deviation, margin: f64) -> Measured {
         Measured {
             method: self.name.clone(),
             family: self.family,
@@ -313,7 +333,8 @@ impl Method {
             bytes: self.bytes,
             preparation_ms: self.preparation.as_secs_f64() * 1e3,
             error,
-            front: false,
+            front: margin > 1.0,
+            margin,
         }
     }
 }
@@ -344,42 +365,16 @@ impl Hemisphere {
     }
 }
 
-/// What counts as a difference.
-const NOTABLE: f64 = 1.1;
-
-fn mark_front(methods: &mut [Measured]) {
-    let figures: Vec<[f64; 2]> =
-        methods.iter().map(|m| [m.time.median_ns, m.error.max.max(f64::MIN_POSITIVE)]).collect();
-    for (method, own) in methods.iter_mut().zip(&figures) {
-        method.front = !figures.iter().any(|other| dominates(*other, *own));
-    }
-}
-
-/// Whether `a` is notably better in one of (time, error), and not notably worse in the other.
-fn dominates(a: [f64; 2], b: [f64; 2]) -> bool {
-    let better = |i: usize| a[i] * NOTABLE < b[i];
-    let not_worse = |i: usize| a[i] <= b[i] * NOTABLE;
-    (better(0) && not_worse(1)) || (better(1) && not_worse(0))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::material::find;
 
     #[test]
-    fn a_few_percent_do_not_decide() {
-        assert!(dominates([1.0, 1.0], [2.0, 1.05]));
-        assert!(!dominates([1.0, 1.0], [1.05, 1.05]));
-        assert!(!dominates([1.0, 2.0], [2.0, 1.0]));
-        assert!(dominates([1.05, 1e-6], [1.0, 1e-2]));
-    }
-
-    #[test]
     fn every_family_is_measured_and_the_exact_one_is_exact() {
         let material = &find("gold-paint").expect("in the catalogue").material;
         let report = speed_error(material, Effort::Quick).expect("bakes");
-        for family in [Family::Formula, Family::Batch, Family::Table, Family::Fit] {
+        for family in Family::ALL {
             assert!(report.methods.iter().any(|m| m.family == family), "{family:?}");
         }
         let exact = &report.methods[0];

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use crate::encode::GENERATOR;
-use crate::report::chart::{Axis, Chart, Curve, Mark};
+use crate::report::chart::{Axis, Chart, Curve, Key, Mark, Shown};
+use crate::report::front::RULE;
 use crate::report::machine::Machine;
 use crate::report::sheet_page::STYLE;
-use crate::report::speed_error::{Measured, SpeedError};
+use crate::report::speed_error::{Family, Measured, SpeedError};
 
 /// The report of several materials; `picture` names the file of a material's picture.
 #[must_use]
@@ -20,8 +21,8 @@ pub fn markdown(
          turns, of pairs of directions spread over the hemisphere; the spread is half the distance \
          between the quartiles. Errors are against the exact f64 reflectance: |Δf|cosθi over the \
          largest f·cosθi of the same wo, over lights drawn from the surface's own lobe, and ΔE2000 on \
-         a ball under one light. **Bold** methods are on the Pareto front of time and largest error; \
-         differences below 10 % count as none.\n",
+         a ball under one light. **Bold** methods are on the Pareto front of time and largest error. \
+         {RULE}.\n",
         machine.describe()
     );
     for report in reports {
@@ -38,14 +39,14 @@ pub fn markdown(
 
 fn table(methods: &[Measured]) -> String {
     let mut text = String::from(
-        "| method | ns per RGB | ± | repeats | bytes | preparation, ms | largest error | RMS error | ΔE mean | ΔE largest |\n\
-         |---|---|---|---|---|---|---|---|---|---|\n",
+        "| method | ns per RGB | ± | repeats | bytes | preparation, ms | largest error | RMS error | ΔE mean | ΔE largest | margin |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for m in methods {
         let name = if m.front { format!("**{}**", m.method) } else { m.method.clone() };
         let _ = writeln!(
             text,
-            "| {name} | {:.1} | {:.1} | {} | {} | {:.3} | {:.1e} | {:.1e} | {:.3} | {:.2} |",
+            "| {name} | {:.1} | {:.1} | {} | {} | {:.3} | {:.1e} | {:.1e} | {:.3} | {:.2} | {} |",
             m.time.median_ns,
             m.time.spread_ns,
             m.time.repeats,
@@ -55,9 +56,15 @@ fn table(methods: &[Measured]) -> String {
             m.error.rms,
             m.error.delta_e_mean,
             m.error.delta_e_max,
+            margin(m.margin),
         );
     }
     text
+}
+
+/// Infinite where no method is as near or as fast.
+fn margin(margin: f64) -> String {
+    if margin.is_finite() { format!("{margin:.2}") } else { "–".to_owned() }
 }
 
 /// Errors below this are drawn on the axis: what rounding in f64 leaves.
@@ -67,35 +74,44 @@ const SMALLEST_ERROR: f64 = 1e-14;
 #[must_use]
 pub fn picture(report: &SpeedError) -> String {
     let at = |m: &Measured| [m.time.median_ns, m.error.max.max(SMALLEST_ERROR)];
-    let mut front: Vec<&Measured> = report.methods.iter().filter(|m| m.front).collect();
-    front.sort_by(|a, b| a.time.median_ns.total_cmp(&b.time.median_ns));
+    let mut front: Vec<[f64; 2]> = report.methods.iter().filter(|m| m.front).map(at).collect();
+    front.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let mark = |m: &Measured| Mark {
-        class: if m.front { "front".to_owned() } else { String::new() },
+        class: format!("{}{}", m.family.name(), if m.front { " front" } else { "" }),
         at: at(m),
         label: m.method.clone(),
+        always_named: m.front,
     };
     // The front's labels are placed first, beside their points.
     let (first, rest): (Vec<&Measured>, Vec<&Measured>) =
         report.methods.iter().partition(|m| m.front);
     let times = || report.methods.iter().map(|m| m.time.median_ns);
+    let family =
+        |family: Family| Key { shown: Shown::Point, class: family.name(), label: family.name() };
+    let step =
+        Key { shown: Shown::Line, class: "front", label: "front: the least error in the time" };
     let chart = Chart {
         title: format!("{}: largest error against time", report.material),
-        size: [960.0, 620.0],
+        size: [800.0, 580.0],
         x: Axis::decades(
             "ns per RGB evaluation",
             times().fold(f64::INFINITY, f64::min),
-            times().fold(0.0, f64::max) * 2.0,
+            times().fold(0.0, f64::max),
         ),
         y: Axis::decades(
             "largest error, relative to the largest f·cosθi of the same wo",
             SMALLEST_ERROR,
             1.0,
         ),
-        curves: vec![Curve {
-            class: "front".to_owned(),
-            points: front.iter().map(|m| at(m)).collect(),
-        }],
+        curves: vec![Curve { class: "front".to_owned(), points: stairs(&front) }],
         marks: first.into_iter().chain(rest).map(mark).collect(),
+        key: Family::ALL.map(family).into_iter().chain([step]).collect(),
     };
     chart.file(STYLE)
+}
+
+/// From each point level to the next one's time, then down to its error.
+fn stairs(front: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let next = front.iter().skip(1).chain(front.last());
+    front.iter().zip(next).flat_map(|(own, next)| [*own, [next[0], own[1]]]).collect()
 }

@@ -32,9 +32,13 @@ pub struct Patience {
     pub round: Duration,
 }
 
-/// Every job's time, in the order given.
+/// Times of every job in the same rounds \[ns per evaluation\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rounds(Vec<Vec<f64>>);
+
+/// Measures every job once in every round, in the order given.
 #[must_use]
-pub fn measure(mut jobs: Vec<Job<'_>>, patience: Patience) -> Vec<Timing> {
+pub fn measure(mut jobs: Vec<Job<'_>>, patience: Patience) -> Rounds {
     let mut rounds: Vec<Vec<f64>> = vec![Vec::with_capacity(patience.repeats); jobs.len()];
     for job in &mut jobs {
         (job.run)();
@@ -44,7 +48,7 @@ pub fn measure(mut jobs: Vec<Job<'_>>, patience: Patience) -> Vec<Timing> {
             times.push(round(job, patience.round));
         }
     }
-    rounds.into_iter().map(timing).collect()
+    Rounds::new(rounds)
 }
 
 /// Nanoseconds per evaluation of one round.
@@ -61,17 +65,46 @@ fn round(job: &mut Job<'_>, at_least: Duration) -> f64 {
     }
 }
 
-fn timing(mut times: Vec<f64>) -> Timing {
-    times.sort_by(f64::total_cmp);
-    let quantile = |share: f64| {
-        let index = (share * (times.len().saturating_sub(1)) as f64).round() as usize;
-        times.get(index).copied().unwrap_or(f64::NAN)
-    };
+impl Rounds {
+    /// Per job, the times of its rounds.
+    #[must_use]
+    pub fn new(times: Vec<Vec<f64>>) -> Self {
+        Self(times)
+    }
+
+    /// Time and spread of every job.
+    #[must_use]
+    pub fn timings(&self) -> Vec<Timing> {
+        self.0.iter().map(|times| timing(times.clone())).collect()
+    }
+
+    /// How long job `a` takes as a multiple of job `b`: the median over rounds of t_a/t_b, in which
+    /// the pace of the machine cancels.
+    #[must_use]
+    pub fn ratio(&self, a: usize, b: usize) -> f64 {
+        let ratios = self.0[a].iter().zip(&self.0[b]).map(|(a, b)| a / b);
+        quantile(&sorted(ratios.collect()), 0.5)
+    }
+}
+
+fn timing(times: Vec<f64>) -> Timing {
+    let times = sorted(times);
     Timing {
-        median_ns: quantile(0.5),
-        spread_ns: 0.5 * (quantile(0.75) - quantile(0.25)),
+        median_ns: quantile(&times, 0.5),
+        spread_ns: 0.5 * (quantile(&times, 0.75) - quantile(&times, 0.25)),
         repeats: times.len(),
     }
+}
+
+fn sorted(mut values: Vec<f64>) -> Vec<f64> {
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// The value below which a `share` of the sorted ones lie.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let index = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
+    sorted.get(index).copied().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
@@ -85,12 +118,22 @@ mod tests {
     }
 
     #[test]
-    fn every_job_is_run_in_every_round() {
-        let calls = std::cell::Cell::new(0);
-        let job = || Job { run: Box::new(|| calls.set(calls.get() + 1)), evaluations: 10 };
+    fn a_ratio_compares_within_rounds() {
+        // The machine slows down in the last round, and the second job loses the first one.
+        let rounds = Rounds::new(vec![vec![1.0, 1.0, 5.0], vec![80.0, 2.0, 10.0]]);
+        assert_eq!(rounds.ratio(1, 0), 2.0, "the medians' ratio would be 10");
+    }
+
+    #[test]
+    fn every_round_runs_every_job_in_turn() {
+        let calls = std::cell::RefCell::new(Vec::new());
+        let job = |name: char| {
+            let calls = &calls;
+            Job { run: Box::new(move || calls.borrow_mut().push(name)), evaluations: 10 }
+        };
         let patience = Patience { repeats: 3, round: Duration::ZERO };
-        let timings = measure(vec![job(), job()], patience);
-        assert_eq!(timings.len(), 2);
-        assert_eq!(calls.get(), 2 * (1 + 3));
+        let rounds = measure(vec![job('a'), job('b')], patience);
+        assert_eq!(rounds.timings().iter().map(|t| t.repeats).collect::<Vec<_>>(), [3, 3]);
+        assert_eq!(calls.borrow().iter().collect::<String>(), "ab".repeat(1 + 3));
     }
 }
