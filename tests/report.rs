@@ -42,6 +42,27 @@ fn audit_finds_what_white_paint_breaks() {
     assert_eq!(report["materials"][0]["channels"][0]["gains_energy_from_deg"].to_string(), "68.0");
 }
 
+/// A material with p = 100 at α = 50 is in range, and further from any measured surface than the
+/// quadrature of the masking reaches: the weak furnace shows it.
+#[test]
+fn a_law_that_fails_is_exit_code_3_and_the_report_is_whole() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("far.toml");
+    let channel = "rho_d = 0.1\nrho_s = 0.2\nalpha = 50\np = 100\nf0 = 0.1\nf1 = 0\n";
+    let text = format!("name = \"far\"\n[r]\n{channel}[g]\n{channel}[b]\n{channel}");
+    fs::write(&path, text).expect("written");
+    let output =
+        sgdbake(&["audit", "--material", self::text(&path), "--material", "chrome", "--json"]);
+    assert_eq!(output.status.code(), Some(3));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("far r: weak furnace"), "{message}");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(report["materials"][1]["material"], "chrome", "the others are audited all the same");
+    let furnace = &report["materials"][0]["channels"][0]["laws"][2];
+    assert_eq!(furnace["law"], "weak-furnace");
+    assert!(furnace["deviation"].as_f64() > furnace["bound"].as_f64());
+}
+
 #[test]
 fn a_preview_has_the_same_bytes_on_any_number_of_threads() {
     let folder = tempfile::tempdir().expect("a temporary folder");

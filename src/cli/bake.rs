@@ -9,12 +9,13 @@ use crate::cli::assignment::AssignmentArguments;
 use crate::cli::dressing;
 use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, refuse_foreign, write_file};
-use crate::cli::selection::{self, MaskingChoice};
+use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
+use crate::cli::selection;
 use crate::encode::manifest::{Format, Location, Manifest, TextureEntry};
 use crate::encode::{exr, ktx2, png, shader};
 use crate::lut::{self, BakeError, Baked, Depth, Depths, Extent, Quantity, Request, Table};
 use crate::material::{Material, catalog};
+use crate::microfacet::masking::MaskingKind;
 use crate::scene::Scene;
 
 /// Bakes lookup textures of materials, with a manifest and shader functions that decode them.
@@ -40,7 +41,7 @@ pub struct Arguments {
     quantity: Vec<Quantity>,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
+    masking: MaskingKind,
     /// The error to keep: |f_lut − f|cosθi relative to its maximum for the viewer plus f·cosθi
     #[arg(long, value_name = "E", default_value_t = 1e-3, conflicts_with = "size")]
     tolerance: f64,
@@ -56,12 +57,8 @@ pub struct Arguments {
     /// Also bake all quantities of the whole catalogue, and report the bytes that were saved
     #[arg(long)]
     compare: bool,
-    /// Say what would be written, and write nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Overwrite files that sgdbake did not write
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    writing: Writing,
     /// Machine-readable report
     #[arg(long)]
     json: bool,
@@ -108,11 +105,11 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     bar.finish_and_clear();
     // All or nothing: what stands in the way is found before the first file is written.
     for file in &files {
-        refuse_foreign(&file.path, arguments.force)?;
+        refuse_foreign(&file.path, arguments.writing.force)?;
     }
-    if !arguments.dry_run {
+    if !arguments.writing.dry_run {
         for file in &files {
-            write_file(&file.path, &file.bytes, arguments.force)?;
+            write_file(&file.path, &file.bytes, arguments.writing.force)?;
         }
     }
     report(arguments, &files, &baked, catalogue, output)
@@ -158,7 +155,7 @@ fn request(arguments: &Arguments) -> Result<Request, Failure> {
     };
     Ok(Request {
         quantities: arguments.quantity.clone(),
-        masking: arguments.masking.into(),
+        masking: arguments.masking,
         extent: arguments.size.map_or(Extent::Tolerance(arguments.tolerance), Extent::Size),
         depths,
     })
@@ -231,7 +228,7 @@ fn report(
 ) -> Result<(), Failure> {
     let report = Report {
         schema: "sgdbake/bake/1",
-        dry_run: arguments.dry_run,
+        dry_run: arguments.writing.dry_run,
         files: files.iter().map(|f| FileReport { path: &f.path, bytes: f.bytes.len() }).collect(),
         texture_bytes: texture_bytes(baked),
         catalogue_texture_bytes: catalogue,
@@ -246,7 +243,7 @@ fn report(
     if arguments.json {
         return output.json(&report);
     }
-    let verb = if arguments.dry_run { "would write" } else { "wrote" };
+    let verb = if arguments.writing.dry_run { "would write" } else { "wrote" };
     for file in &report.files {
         output.line(format!("{verb} {} ({} bytes)", file.path.display(), file.bytes))?;
     }

@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::brdf::{SgdBatch, SgdBrdf, Terms};
+use crate::brdf::Terms;
+use crate::cli::evaluator::{Evaluation, Evaluator};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use crate::cli::selection::{self, Direction, MaskingChoice, Precision};
+use crate::cli::selection::{self, Direction};
 use crate::material::Channel;
 
 /// Evaluates the reflectance for pairs of directions, one result a line.
@@ -34,12 +35,8 @@ pub struct Arguments {
     /// A CSV file with the header wi_x,wi_y,wi_z,wo_x,wo_y,wo_z
     #[arg(long, value_name = "FILE", conflicts_with_all = ["wi", "wo"])]
     pairs: Option<PathBuf>,
-    /// The masking function
-    #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
-    /// The arithmetic: the reference in f64, or the f32 batch path
-    #[arg(long, value_enum, default_value_t)]
-    precision: Precision,
+    #[command(flatten)]
+    evaluation: Evaluation,
     /// Machine-readable output, one JSON object a line
     #[arg(long)]
     json: bool,
@@ -56,29 +53,9 @@ struct Line {
     b: Terms,
 }
 
-/// The evaluator of the chosen precision.
-enum Evaluator {
-    Double(SgdBrdf),
-    Single(SgdBatch),
-}
-
-impl Evaluator {
-    fn terms(&self, wi: DVec3, wo: DVec3) -> [Terms; 3] {
-        match self {
-            Self::Double(brdf) => brdf.channels.each_ref().map(|c| c.terms(wi, wo)),
-            Self::Single(batch) => batch.terms(wi.as_vec3(), wo.as_vec3()),
-        }
-    }
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let material = selection::material(&arguments.material)?;
-    let masking = arguments.masking.into();
-    let evaluator = match arguments.precision {
-        Precision::F64 => Evaluator::Double(SgdBrdf::new(&material, masking)),
-        Precision::F32 => Evaluator::Single(SgdBatch::new(&material, masking)),
-    };
+    let evaluator = arguments.evaluation.of(&selection::material(&arguments.material)?);
     match (arguments.wi, arguments.wo, &arguments.pairs) {
         (Some(wi), Some(wo), None) => print_pair(&evaluator, wi.0, wo.0, arguments.json, output),
         (_, _, Some(path)) => {

@@ -10,8 +10,8 @@ use crate::cli::assignment::{Assigned, AssignmentArguments};
 use crate::cli::dressing::replacements;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, refuse_foreign, write_with, written_by_sgdbake};
-use crate::cli::selection::MaskingChoice;
 use crate::lut::{Depth, Depths, Extent, Quantity, Request};
+use crate::microfacet::masking::MaskingKind;
 use crate::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
 
 /// Puts measured materials into the slots of a scene. Everything that is not an assigned material
@@ -39,7 +39,7 @@ pub struct Arguments {
     prune: bool,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
+    masking: MaskingKind,
     /// Texels along each axis of a lookup texture
     #[arg(long, value_name = "N", default_value_t = 256)]
     size: usize,
@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let assigned = arguments.assignments.assigned(&slots)?;
     let request = Request {
         quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
-        masking: arguments.masking.into(),
+        masking: arguments.masking,
         extent: Extent::Size(arguments.size),
         depths: Depths::Only(Depth::Half),
     };

@@ -6,7 +6,7 @@ use clap::CommandFactory as _;
 
 use crate::cli::Cli;
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, refuse_foreign, write_file};
+use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
 
 /// Writes a manual page for sgdbake and one for each of its commands.
 #[derive(Debug, clap::Args)]
@@ -15,21 +15,17 @@ pub struct Arguments {
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Say what would be written, and write nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Overwrite files that sgdbake did not write
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    writing: Writing,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     for (name, page) in pages()? {
         let path = arguments.output.join(name);
-        refuse_foreign(&path, arguments.force)?;
-        if !arguments.dry_run {
-            write_file(&path, &page, arguments.force)?;
+        refuse_foreign(&path, arguments.writing.force)?;
+        if !arguments.writing.dry_run {
+            write_file(&path, &page, arguments.writing.force)?;
         }
         output.line(path.display())?;
     }

@@ -12,6 +12,7 @@ mod bake;
 mod completions;
 mod dressing;
 mod eval;
+mod evaluator;
 mod export;
 mod fit;
 mod man;

@@ -10,6 +10,17 @@ use serde::Serialize;
 
 use crate::cli::failure::Failure;
 
+/// Whether a command writes its files, and over what.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct Writing {
+    /// Say what would be written, and write nothing
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Overwrite files that sgdbake did not write
+    #[arg(long)]
+    pub force: bool,
+}
+
 /// The command's stdout, stderr and habits.
 #[derive(Debug)]
 pub struct Output {

@@ -2,8 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
-
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, refuse_foreign, write_file};
 use crate::cli::selection;
@@ -32,7 +30,7 @@ pub struct Arguments {
     output: PathBuf,
     /// The model to show
     #[arg(long, value_enum, default_value_t)]
-    model: ModelChoice,
+    model: Model,
     /// An equirectangular .hdr or .exr image in place of the built-in lights
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
@@ -54,37 +52,6 @@ pub struct Arguments {
     /// Overwrite a file that sgdbake did not write
     #[arg(long)]
     force: bool,
-}
-
-/// The models as they are named on the command line.
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum ModelChoice {
-    /// The measured material
-    #[default]
-    Sgd,
-    /// The best single Beckmann lobe
-    Beckmann,
-    /// The best single GGX lobe
-    Ggx,
-    /// Five Beckmann lobes with widths shared by the channels
-    Lobes,
-    /// The best glTF material
-    Gltf,
-    /// Lookup textures of 256 texels in half floats
-    Lut,
-}
-
-impl From<ModelChoice> for Model {
-    fn from(choice: ModelChoice) -> Self {
-        match choice {
-            ModelChoice::Sgd => Self::Sgd,
-            ModelChoice::Beckmann => Self::Beckmann,
-            ModelChoice::Ggx => Self::Ggx,
-            ModelChoice::Lobes => Self::Lobes,
-            ModelChoice::Gltf => Self::Gltf,
-            ModelChoice::Lut => Self::Lut,
-        }
-    }
 }
 
 /// The image formats, by the file's ending.
@@ -124,7 +91,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let pictures: Vec<Render> = materials
         .iter()
         .map(|material| {
-            let reflectance = Model::from(arguments.model).reflectance(material)?;
+            let reflectance = arguments.model.reflectance(material)?;
             let surface = drawn_from(material);
             let models = [reflectance.as_ref()];
             let [picture] =

@@ -11,8 +11,9 @@ use crate::brdf::sampler::{Sampler, Strategy, published_sample};
 use crate::brdf::{SgdBrdf, directional_albedo};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use crate::cli::selection::{self, Direction, MaskingChoice};
+use crate::cli::selection::{self, Direction};
 use crate::material::{Channel, Material};
+use crate::microfacet::masking::MaskingKind;
 
 /// Estimates the directional albedo ∫ f cosθi dωi by sampling, and prints it with its standard
 /// error beside the value of a deterministic quadrature.
@@ -38,7 +39,7 @@ pub struct Arguments {
     strategy: StrategyChoice,
     /// The masking function
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
+    masking: MaskingKind,
     /// Start of the random numbers; equal seeds give equal results
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
@@ -84,7 +85,7 @@ struct Estimate {
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let material = selection::material(&arguments.material)?;
     let wo = arguments.wo.0;
-    let brdf = SgdBrdf::new(&material, arguments.masking.into());
+    let brdf = SgdBrdf::new(&material, arguments.masking);
     let quadrature = directional_albedo(&brdf, wo.z);
     let sums =
         estimator(arguments, &material, &brdf, |draw| sums(draw, arguments.n, arguments.seed));
@@ -132,7 +133,7 @@ fn estimator<T>(
             return estimate(&move |u| channels.map(|c| published_sample(c, wo, u).printed));
         }
     };
-    let sampler = Sampler::new(material, arguments.masking.into(), strategy);
+    let sampler = Sampler::new(material, arguments.masking, strategy);
     estimate(&|u| sampler.sample_with_weight(wo, u).map_or([0.0; 3], |sample| sample.weight))
 }
 

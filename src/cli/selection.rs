@@ -3,42 +3,11 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use clap::ValueEnum;
 use glam::DVec3;
 
 use crate::cli::failure::Failure;
 use crate::material::{Material, MaterialFileError, catalog, find, load};
 use crate::math::direction::normalised;
-use crate::microfacet::masking::MaskingKind;
-
-/// Which masking function to evaluate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum MaskingChoice {
-    /// Smith's masking of the distribution, exactly
-    #[default]
-    Exact,
-    /// The paper's three-parameter fit
-    Fitted,
-}
-
-/// Which arithmetic to evaluate in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Precision {
-    /// Double precision, the reference
-    #[default]
-    F64,
-    /// Single precision, as whole slices of pairs are evaluated
-    F32,
-}
-
-impl From<MaskingChoice> for MaskingKind {
-    fn from(choice: MaskingChoice) -> Self {
-        match choice {
-            MaskingChoice::Exact => Self::Exact,
-            MaskingChoice::Fitted => Self::Fitted,
-        }
-    }
-}
 
 /// The material that `name` names: a catalogue name, or the path of a material file.
 ///

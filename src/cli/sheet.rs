@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, refuse_foreign, write_file};
+use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
 use crate::cli::preview::environment;
 use crate::cli::selection::Materials;
 use crate::preview::Environment;
@@ -27,12 +27,8 @@ pub struct Arguments {
     /// An equirectangular .hdr or .exr image in place of the built-in lights
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// Say what would be written, and write nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Overwrite files that sgdbake did not write
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    writing: Writing,
 }
 
 /// Runs the command.
@@ -41,8 +37,8 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let names = materials.iter().map(|material| material.name.as_str()).chain(["index"]);
     let paths: Vec<PathBuf> =
         names.map(|name| path(&arguments.output, name)).collect::<Result<_, _>>()?;
-    paths.iter().try_for_each(|path| refuse_foreign(path, arguments.force))?;
-    if arguments.dry_run {
+    paths.iter().try_for_each(|path| refuse_foreign(path, arguments.writing.force))?;
+    if arguments.writing.dry_run {
         return paths.iter().try_for_each(|path| output.line(path.display()));
     }
     let environment =
@@ -58,7 +54,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let index = index(&pages);
     let texts = pages.iter().map(|page| &page.html).chain([&index]);
     for (path, text) in paths.iter().zip(texts) {
-        write_file(path, text.as_bytes(), arguments.force)?;
+        write_file(path, text.as_bytes(), arguments.writing.force)?;
         output.line(path.display())?;
     }
     Ok(())

@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
-use crate::brdf::{Factors, SgdBatch, SgdBrdf};
+use crate::brdf::Factors;
+use crate::cli::evaluator::{Evaluation, Evaluator};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use crate::cli::selection::{self, MaskingChoice, Precision};
+use crate::cli::selection;
 use crate::material::Channel;
-use crate::math::direction::cos_sin_degrees;
 
 /// Prints the factors of the model against an angle: D and G1 at θ, the Fresnel factor at θd = θ.
 #[derive(Debug, clap::Args)]
@@ -21,12 +21,8 @@ pub struct Arguments {
     /// Angles in degrees, from 0 to 90
     #[arg(long, value_name = "LIST", value_delimiter = ',', required = true, value_parser = theta)]
     theta_deg: Vec<f64>,
-    /// The masking function
-    #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
-    /// The arithmetic: the reference in f64, or the f32 batch path
-    #[arg(long, value_enum, default_value_t)]
-    precision: Precision,
+    #[command(flatten)]
+    evaluation: Evaluation,
     /// Machine-readable output, one JSON object a line
     #[arg(long)]
     json: bool,
@@ -42,30 +38,9 @@ struct Line {
     b: Factors,
 }
 
-/// The evaluator of the chosen precision.
-enum Evaluator {
-    Double(SgdBrdf),
-    Single(SgdBatch),
-}
-
-impl Evaluator {
-    fn factors(&self, theta_deg: f64) -> [Factors; 3] {
-        let (cos, sin) = cos_sin_degrees(theta_deg);
-        match self {
-            Self::Double(brdf) => brdf.channels.each_ref().map(|c| c.factors(cos, sin)),
-            Self::Single(batch) => batch.factors(cos as f32, sin as f32),
-        }
-    }
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let material = selection::material(&arguments.material)?;
-    let masking = arguments.masking.into();
-    let evaluator = match arguments.precision {
-        Precision::F64 => Evaluator::Double(SgdBrdf::new(&material, masking)),
-        Precision::F32 => Evaluator::Single(SgdBatch::new(&material, masking)),
-    };
+    let evaluator = arguments.evaluation.of(&selection::material(&arguments.material)?);
     if !arguments.json {
         output.line("theta_deg channel          ndf       lambda           g1      fresnel")?;
     }

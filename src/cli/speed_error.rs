@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, refuse_foreign, write_file};
+use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
 use crate::cli::selection::Materials;
 use crate::report::front::RULE;
 use crate::report::machine::Machine;
@@ -28,12 +28,8 @@ pub struct Arguments {
     /// Fewer methods and rounds
     #[arg(long)]
     quick: bool,
-    /// Say what would be written, and write nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Overwrite files that sgdbake did not write
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    writing: Writing,
     /// Machine-readable report on stdout too
     #[arg(long)]
     json: bool,
@@ -56,8 +52,8 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         .chain(names)
         .collect();
     let paths: Vec<PathBuf> = names.iter().map(|name| arguments.output.join(name)).collect();
-    paths.iter().try_for_each(|path| refuse_foreign(path, arguments.force))?;
-    if arguments.dry_run {
+    paths.iter().try_for_each(|path| refuse_foreign(path, arguments.writing.force))?;
+    if arguments.writing.dry_run {
         return paths.iter().try_for_each(|path| output.line(path.display()));
     }
     let machine = Machine::this();
@@ -80,7 +76,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(&report).map_err(Failure::job)?;
     let texts = [json + "\n", page].into_iter().chain(pictures);
     for (path, text) in paths.iter().zip(texts) {
-        write_file(path, text.as_bytes(), arguments.force)?;
+        write_file(path, text.as_bytes(), arguments.writing.force)?;
         if !arguments.json {
             output.line(path.display())?;
         }

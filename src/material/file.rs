@@ -130,97 +130,90 @@ fn material(text: &str) -> Result<Material, Located> {
     let table = DeTable::parse(text).map_err(|error| {
         (Problem::Syntax(error.message().to_owned()), error.span().unwrap_or(0..0))
     })?;
-    let table = table.get_ref();
-    refuse_unknown_keys(table, "", &["name", "r", "g", "b"])?;
-    let name = match entry(table, "name", 0..0, "")? {
-        (DeValue::String(name), _) => name.clone().into_owned(),
-        (other, span) => return Err(wrong_type("name", other, "a string", span)),
-    };
-    let [r, g, b] = Channel::ALL.map(|channel| parse_channel(table, channel));
+    let file = Section { entries: table.get_ref(), name: "", span: 0..0 };
+    file.refuse_all_but(&["name", "r", "g", "b"])?;
+    let name = file.string("name")?;
+    let [r, g, b] = Channel::ALL.map(|channel| params(&file.section(channel.name())?, channel));
     Ok(Material { name, channels: [r?, g?, b?] })
 }
 
-fn parse_channel(table: &DeTable<'_>, channel: Channel) -> Result<ChannelParams, Located> {
-    let name = channel.name();
-    let (DeValue::Table(keys), span) = entry(table, name, 0..0, "")? else {
-        let (other, span) = entry(table, name, 0..0, "")?;
-        return Err(wrong_type(name, other, "a table", span));
-    };
-    let accepted: Vec<&str> = REQUIRED.into_iter().chain(MASKING).collect();
-    refuse_unknown_keys(keys, &format!("{name}."), &accepted)?;
-    let number = |key: &'static str| number(keys, key, span.clone(), name);
-    let masking = if MASKING.iter().any(|key| keys.get(*key).is_some()) {
-        Some(MaskingParams { lambda: number("lambda")?, c: number("c")?, k: number("k")? })
-    } else {
-        None
+fn params(section: &Section<'_>, channel: Channel) -> Result<ChannelParams, Located> {
+    section.refuse_all_but(&[&REQUIRED[..], &MASKING].concat())?;
+    let number = |key| section.number(key);
+    let fitted = MASKING.iter().any(|key| section.entries.contains_key(*key));
+    let masking = || -> Result<_, Located> {
+        Ok(MaskingParams { lambda: number("lambda")?, c: number("c")?, k: number("k")? })
     };
     let params = ChannelParams {
+        masking: fitted.then(masking).transpose()?,
         rho_d: number("rho_d")?,
         rho_s: number("rho_s")?,
         alpha: number("alpha")?,
         p: number("p")?,
         f0: number("f0")?,
         f1: number("f1")?,
-        masking,
     };
     params.validate().map_err(|error| {
-        let span = keys.get(error.key).map_or(span.clone(), Spanned::span);
+        let span = section.entries.get(error.key).map_or(section.span.clone(), Spanned::span);
         (Problem::OutOfRange { channel, error }, span)
     })?;
     Ok(params)
 }
 
-fn number(
-    keys: &DeTable<'_>,
-    key: &str,
-    table_span: Range<usize>,
-    channel: &str,
-) -> Result<f64, Located> {
-    let (value, span) = entry(keys, key, table_span, channel)?;
-    let text = match value {
-        DeValue::Float(float) => float.as_str().to_owned(),
-        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().to_owned(),
-        other => return Err(wrong_type(&format!("{channel}.{key}"), other, "a number", span)),
-    };
-    text.parse().map_err(|_| wrong_type(&format!("{channel}.{key}"), value, "a number", span))
-}
-
-/// The value of a key and where it stands.
-fn entry<'t, 'i>(
-    table: &'t DeTable<'i>,
-    key: &str,
-    table_span: Range<usize>,
-    channel: &str,
-) -> Result<(&'t DeValue<'i>, Range<usize>), Located> {
-    let dotted = if channel.is_empty() { key.to_owned() } else { format!("{channel}.{key}") };
-    let value = table.get(key).ok_or((Problem::MissingKey(dotted), table_span))?;
-    Ok((value.get_ref(), value.span()))
-}
-
-fn refuse_unknown_keys(
-    table: &DeTable<'_>,
-    prefix: &str,
-    accepted: &[&str],
-) -> Result<(), Located> {
-    match table.keys().find(|key| !accepted.contains(&key.get_ref().as_ref())) {
-        None => Ok(()),
-        Some(key) => Err((
-            Problem::UnknownKey {
-                key: format!("{prefix}{}", key.get_ref()),
-                accepted: accepted.join(", "),
-            },
-            key.span(),
-        )),
-    }
-}
-
-fn wrong_type(
-    key: &str,
-    found: &DeValue<'_>,
-    accepted: &'static str,
+/// A table of the file, what it is called and where it stands.
+struct Section<'t> {
+    entries: &'t DeTable<'t>,
+    /// Empty for the file itself.
+    name: &'t str,
     span: Range<usize>,
-) -> Located {
-    (Problem::WrongType { key: key.to_owned(), found: found.type_str(), accepted }, span)
+}
+
+impl<'t> Section<'t> {
+    fn string(&self, key: &str) -> Result<String, Located> {
+        self.value(key, "a string", |value| Some(value.get_ref().as_str()?.to_owned()))
+    }
+
+    fn number(&self, key: &str) -> Result<f64, Located> {
+        self.value(key, "a number", |value| match value.get_ref() {
+            DeValue::Float(float) => float.as_str().parse().ok(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+            _ => None,
+        })
+    }
+
+    fn section(&self, name: &'t str) -> Result<Section<'t>, Located> {
+        self.value(name, "a table", |value| {
+            Some(Section { entries: value.get_ref().as_table()?, name, span: value.span() })
+        })
+    }
+
+    /// What `read` makes of the value of a key.
+    fn value<T>(
+        &self,
+        key: &str,
+        accepted: &'static str,
+        read: impl FnOnce(&'t Spanned<DeValue<'t>>) -> Option<T>,
+    ) -> Result<T, Located> {
+        let missing = || (Problem::MissingKey(self.dotted(key)), self.span.clone());
+        let value = self.entries.get(key).ok_or_else(missing)?;
+        read(value).ok_or_else(|| {
+            let (key, found) = (self.dotted(key), value.get_ref().type_str());
+            (Problem::WrongType { key, found, accepted }, value.span())
+        })
+    }
+
+    fn refuse_all_but(&self, accepted: &[&str]) -> Result<(), Located> {
+        let unknown = self.entries.keys().find(|key| !accepted.contains(&key.get_ref().as_ref()));
+        unknown.map_or(Ok(()), |key| {
+            let (key, span) = (self.dotted(key.get_ref()), key.span());
+            Err((Problem::UnknownKey { key, accepted: accepted.join(", ") }, span))
+        })
+    }
+
+    /// The key with its channel.
+    fn dotted(&self, key: &str) -> String {
+        if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
+    }
 }
 
 #[cfg(test)]

@@ -104,6 +104,10 @@ fn support(alpha: f64, p: f64, accuracy: f64) -> f64 {
     (decay / alpha).ln_1p()
 }
 
+/// A rule of n nodes costs n³. Only α below 1e-35 or p above 8e3 ask for more, far from any surface;
+/// the accuracy is then lost, which the laws show.
+const MOST_NODES: usize = 400;
+
 /// Nodes for a relative `accuracy` over y in [0, length].
 ///
 /// Two things limit Gauss quadrature here. The integrand is analytic only in the strip
@@ -115,7 +119,7 @@ fn node_count(alpha: f64, length: f64, accuracy: f64) -> usize {
     let digits = -accuracy.ln();
     let for_strip = 0.5 * digits / (PI / length).asinh();
     let for_decay = 0.5 * (alpha * length.exp_m1() * digits).sqrt();
-    for_strip.max(for_decay).ceil() as usize + 2
+    (for_strip.max(for_decay).ceil() as usize + 2).min(MOST_NODES)
 }
 
 /// Beyond it e^{−a²} is no number but 0.
@@ -158,6 +162,13 @@ mod tests {
         let below = scaled_lambda(12.0 - 1e-12);
         let above = scaled_lambda(12.0);
         assert!((below / above - 1.0).abs() < 1e-12, "{below} {above}");
+    }
+
+    #[test]
+    fn no_parameters_ask_for_a_rule_without_end() {
+        for (alpha, p) in [(0.1, 1e10), (1e-300, 0.5), (f64::MIN_POSITIVE, f64::MAX)] {
+            assert!(node_count(alpha, support(alpha, p, 1e-13), 1e-13) <= MOST_NODES);
+        }
     }
 
     #[test]

@@ -10,12 +10,12 @@ use crate::microfacet::SmithTable;
 use crate::microfacet::beckmann_mixture::{BeckmannLobe, BeckmannMixture, beckmann_lambda};
 
 /// Which masking function a reflectance uses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum MaskingKind {
-    /// Smith's G1 of the distribution, exactly.
+    /// Smith's masking of the distribution, exactly
     #[default]
     Exact,
-    /// The paper's three-parameter fit to it.
+    /// The paper's three-parameter fit
     Fitted,
 }
 

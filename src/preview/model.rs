@@ -12,19 +12,20 @@ use crate::material::Material;
 use crate::microfacet::masking::MaskingKind;
 
 /// A reflectance that stands for a material: its own, or the best fit of another model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum)]
 pub enum Model {
-    /// The measured SGD reflectance with exact masking.
+    /// The measured material
+    #[default]
     Sgd,
-    /// The best single Beckmann lobe per channel.
+    /// The best single Beckmann lobe
     Beckmann,
-    /// The best single GGX lobe per channel.
+    /// The best single GGX lobe
     Ggx,
-    /// SGD with its distribution as [`SHOWN_LOBES`] Beckmann lobes.
+    /// Five Beckmann lobes with widths shared by the channels
     Lobes,
-    /// The best glTF 2.0 material.
+    /// The best glTF material
     Gltf,
-    /// Half-float lookup textures of [`SHOWN_TEXELS`] texels.
+    /// Lookup textures of 256 texels in half floats
     Lut,
 }
 

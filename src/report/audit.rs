@@ -245,7 +245,7 @@ fn reciprocity(channel: &ChannelBrdf) -> Check {
         let (there, back): (f64, f64) = (channel.eval(wi, wo), channel.eval(wo, wi));
         if there == back { 0.0 } else { (there - back).abs() / there.abs().max(back.abs()) }
     };
-    let deviation = (0..17 * 17).map(pair).map(asymmetry).fold(0.0, f64::max);
+    let deviation = worst((0..17 * 17).map(pair).map(asymmetry));
     Check { law: Law::Reciprocity, deviation, bound: 2.0 * f64::EPSILON }
 }
 
@@ -270,7 +270,7 @@ fn weak_furnace(channel: &ChannelBrdf) -> Check {
             .sum();
         (facing * channel.masking.g1(cot_theta(wo)) / wo.z - 1.0).abs()
     };
-    let deviation = [5.0, 45.0, 75.0, 85.0, 89.0].map(at).into_iter().fold(0.0, f64::max);
+    let deviation = worst([5.0, 45.0, 75.0, 85.0, 89.0].map(at));
     Check { law: Law::WeakFurnace, deviation, bound: 1e-9 }
 }
 
@@ -285,11 +285,11 @@ fn facing_mean(a: f64, b: f64) -> f64 {
 
 /// How far above 1 the albedo with F ≡ 1 comes.
 fn no_gain(channel: &ChannelBrdf) -> Check {
-    let albedo = |theta_deg: f64| {
-        FresnelMoments::new(&channel.ndf, &channel.masking, cos_sin_degrees(theta_deg).0).one
+    let gain = |theta_deg: f64| {
+        FresnelMoments::new(&channel.ndf, &channel.masking, cos_sin_degrees(theta_deg).0).one - 1.0
     };
-    let largest = [0.0, 40.0, 70.0, 85.0, 89.0].map(albedo).into_iter().fold(0.0, f64::max);
-    Check { law: Law::NoGain, deviation: (largest - 1.0).max(0.0), bound: 1e-5 }
+    let deviation = worst([0.0, 40.0, 70.0, 85.0, 89.0].map(gain));
+    Check { law: Law::NoGain, deviation, bound: 1e-5 }
 }
 
 /// How far G1 leaves [0, 1] or rises with θ.
@@ -301,8 +301,14 @@ fn falling_masking(channel: &ChannelBrdf) -> Check {
     let values: Vec<f64> = (0..=360).map(g1).collect();
     let outside = values.iter().map(|g1| (g1 - 1.0).max(-g1));
     let rise = values.windows(2).map(|pair| pair[1] - pair[0]);
-    let deviation = outside.chain(rise).fold(0.0, f64::max);
+    let deviation = worst(outside.chain(rise));
     Check { law: Law::FallingMasking, deviation, bound: 1e-12 }
+}
+
+/// The largest excess, 0 where there is none; NaN where one is no number, which keeps no law.
+fn worst(excesses: impl IntoIterator<Item = f64>) -> f64 {
+    let excesses = excesses.into_iter().map(|excess| excess.clamp(0.0, f64::INFINITY).abs());
+    excesses.max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
 fn printed_k(params: &ChannelParams, printed: f64) -> Check {
@@ -326,7 +332,8 @@ const PRINT_PRECISION: f64 = 6e-6;
 /// where it has vanished; beyond `kink` in powers of √(x − kink).
 fn slope_rule(ndf: &SgdNdf, kink: f64) -> Vec<(f64, f64)> {
     const TINY: f64 = 1e-14;
-    let (low, high) = (TINY * ndf.alpha() * ndf.alpha(), 800.0 * ndf.alpha());
+    let core = ndf.alpha().min(ndf.alpha() * ndf.alpha());
+    let (low, high) = (TINY * core, 800.0 * ndf.alpha());
     if kink >= high {
         return log_rule(low, high);
     }
@@ -387,6 +394,16 @@ mod tests {
     fn fresnel_outside_the_unit_interval_is_found() {
         let [.., blue] = of("beige-fabric").channels;
         assert!(blue.fresnel_leaves_unit() && blue.fresnel[1] > 4.9, "{:?}", blue.fresnel);
+    }
+
+    #[test]
+    fn what_is_no_number_keeps_no_law() {
+        assert_eq!(worst([-2.0, 0.5, 0.25]), 0.5);
+        assert_eq!(worst([-2.0, -1.0]), 0.0);
+        let check = |deviation| Check { law: Law::NoGain, deviation, bound: 1.0 };
+        for nan in [f64::NAN, -f64::NAN] {
+            assert!(!check(worst([0.5, nan, 0.25])).holds());
+        }
     }
 
     #[test]

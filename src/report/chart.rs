@@ -309,9 +309,14 @@ impl Chart {
             let free = boxes.iter().find(|own| !taken.iter().any(|other| overlap(own, other)));
             let Some(own) = free.or(mark.always_named.then_some(&boxes[0])) else { continue };
             taken.push(*own);
-            let (class, x, y) = (&mark.class, own[0], own[3] - 3.0);
-            let _ =
-                write!(svg, "<text class=\"name {class}\" x=\"{x:.1}\" y=\"{y:.1}\">{name}</text>");
+            let [left, _, right, bottom] = own;
+            let (x, anchor) = if *right < place[0] { (right, " end") } else { (left, "") };
+            let _ = write!(
+                svg,
+                "<text class=\"name {}{anchor}\" x=\"{x:.1}\" y=\"{:.1}\">{name}</text>",
+                mark.class,
+                bottom - 3.0
+            );
         }
     }
 
@@ -416,7 +421,7 @@ mod tests {
                 text.split(key).nth(1)?.split('"').next()?.parse::<f64>().ok()
             };
             let place = |text: &str| Some([number(text, "x=\"")?, number(text, "y=\"")?]);
-            svg.split("class=\"name m\"").skip(1).filter_map(place).collect::<Vec<_>>()
+            svg.split("class=\"name m").skip(1).filter_map(place).collect::<Vec<_>>()
         };
         let places = labels(&chart);
         assert_eq!(places.len(), 6, "six boxes around one place, nine points");

@@ -80,7 +80,10 @@ impl Yardstick {
             for (c, f) in f[i].iter().enumerate() {
                 let error =
                     (f - self.exact[i][c]).abs() * wi.z / self.largest[i][c].max(f64::MIN_POSITIVE);
-                max = max.max(error);
+                // An error that is no number is the largest.
+                if error.total_cmp(&max).is_gt() {
+                    max = error;
+                }
                 squares += error * error;
             }
         }

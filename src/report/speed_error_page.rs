@@ -85,7 +85,7 @@ pub fn picture(report: &SpeedError) -> String {
     // The front's labels are placed first, beside their points.
     let (first, rest): (Vec<&Measured>, Vec<&Measured>) =
         report.methods.iter().partition(|m| m.front);
-    let times = || report.methods.iter().map(|m| m.time.median_ns);
+    let places = || report.methods.iter().map(at);
     let family =
         |family: Family| Key { shown: Shown::Point, class: family.name(), label: family.name() };
     let step =
@@ -95,13 +95,13 @@ pub fn picture(report: &SpeedError) -> String {
         size: [800.0, 580.0],
         x: Axis::decades(
             "ns per RGB evaluation",
-            times().fold(f64::INFINITY, f64::min),
-            times().fold(0.0, f64::max),
+            places().map(|[time, _]| time).fold(f64::INFINITY, f64::min),
+            places().map(|[time, _]| time).fold(0.0, f64::max),
         ),
         y: Axis::decades(
             "largest error, relative to the largest f·cosθi of the same wo",
             SMALLEST_ERROR,
-            1.0,
+            places().map(|[_, error]| error).fold(1.0, f64::max),
         ),
         curves: vec![Curve { class: "front".to_owned(), points: stairs(&front) }],
         marks: first.into_iter().chain(rest).map(mark).collect(),

@@ -1,0 +1,70 @@
+//! The evaluator that a command asks for: which masking, in which arithmetic.
+
+use clap::ValueEnum;
+use glam::DVec3;
+
+use crate::brdf::{Factors, SgdBatch, SgdBrdf, Terms};
+use crate::material::Material;
+use crate::math::direction::cos_sin_degrees;
+use crate::microfacet::masking::MaskingKind;
+
+/// How to evaluate.
+#[derive(Debug, clap::Args)]
+pub struct Evaluation {
+    /// The masking function
+    #[arg(long, value_enum, default_value_t)]
+    masking: MaskingKind,
+    /// The arithmetic: the reference in f64, or the f32 batch path
+    #[arg(long, value_enum, default_value_t)]
+    precision: Precision,
+}
+
+/// Which arithmetic to evaluate in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Precision {
+    /// Double precision, the reference
+    #[default]
+    F64,
+    /// Single precision, as whole slices of pairs are evaluated
+    F32,
+}
+
+impl Evaluation {
+    /// The evaluator of a material.
+    #[must_use]
+    pub fn of(&self, material: &Material) -> Evaluator {
+        match self.precision {
+            Precision::F64 => Evaluator::Double(SgdBrdf::new(material, self.masking)),
+            Precision::F32 => Evaluator::Single(SgdBatch::new(material, self.masking)),
+        }
+    }
+}
+
+/// An evaluator in the chosen precision.
+pub enum Evaluator {
+    /// The reference.
+    Double(SgdBrdf),
+    /// The batch path.
+    Single(SgdBatch),
+}
+
+impl Evaluator {
+    /// f and its terms for a pair of directions, per channel.
+    #[must_use]
+    pub fn terms(&self, wi: DVec3, wo: DVec3) -> [Terms; 3] {
+        match self {
+            Self::Double(brdf) => brdf.channels.each_ref().map(|c| c.terms(wi, wo)),
+            Self::Single(batch) => batch.terms(wi.as_vec3(), wo.as_vec3()),
+        }
+    }
+
+    /// The factors against one angle, per channel.
+    #[must_use]
+    pub fn factors(&self, theta_deg: f64) -> [Factors; 3] {
+        let (cos, sin) = cos_sin_degrees(theta_deg);
+        match self {
+            Self::Double(brdf) => brdf.channels.each_ref().map(|c| c.factors(cos, sin)),
+            Self::Single(batch) => batch.factors(cos as f32, sin as f32),
+        }
+    }
+}
