@@ -8,7 +8,6 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::fs;
 
-use plotters::prelude::*;
 use rayon::prelude::*;
 use sgdbake::brdf::{Distribution, LobesBrdf, Reflectance, SgdBrdf};
 use sgdbake::fit::{Metric, Target, gltf, lobes, one_lobe};
@@ -16,16 +15,14 @@ use sgdbake::material::{Channel, Material, catalog, find};
 use sgdbake::microfacet::SgdNdf;
 use sgdbake::microfacet::masking::MaskingKind;
 use sgdbake::preview::ball::{KEY_LIGHT, under_sun};
+use sgdbake::report::chart::{Axis, Chart, Curve, Key, Page, Shown};
+use sgdbake::report::sheet_page::STYLE;
 
 const MODELS: [&str; 6] = ["Beckmann", "GGX", "glTF", "2 lobes", "4 lobes", "8 lobes"];
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0x1b, 0x9e, 0x77),
-    RGBColor(0xd9, 0x5f, 0x02),
-    RGBColor(0x75, 0x70, 0xb3),
-    RGBColor(0xe7, 0x29, 0x8a),
-    RGBColor(0x66, 0xa6, 0x1e),
-    RGBColor(0x66, 0x66, 0x66),
-];
+/// CSS classes of their curves.
+const CLASSES: [&str; 6] = ["beckmann", "ggx", "gltf", "lobes two", "lobes four", "lobes eight"];
+/// Residuals below are drawn on the axis.
+const LEAST_RESIDUAL: f64 = 1e-6;
 /// Materials and channels whose distributions one lobe fits worst.
 const HARD: [(&str, usize); 4] =
     [("gold-metallic-paint2", 1), ("white-paint", 0), ("blue-acrylic", 0), ("steel", 0)];
@@ -106,54 +103,46 @@ fn page(objective: &str, rows: &[Row]) -> Result<String, std::fmt::Error> {
 }
 
 /// Relative residual of every material, per model in ascending order.
-fn plot_errors(rows: &[Row]) -> Result<(), Box<dyn Error>> {
-    let root = SVGBackend::new("docs/fits-error.svg", (900, 480)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&root)
-        .margin(12)
-        .x_label_area_size(40)
-        .y_label_area_size(64)
-        .build_cartesian_2d(0..rows.len(), (1e-6..1.0).log_scale())?;
-    chart
-        .configure_mesh()
-        .x_desc("materials, in each model's own order")
-        .y_desc("relative residual in lightness")
-        .y_label_formatter(&|y| format!("{y:.0e}"))
-        .draw()?;
-    for (m, (model, colour)) in MODELS.iter().zip(COLOURS).enumerate() {
-        let mut values: Vec<f64> = rows.iter().map(|row| row.residual[m].max(1e-6)).collect();
+fn plot_errors(rows: &[Row]) -> std::io::Result<()> {
+    let curve = |m: usize| {
+        let mut values: Vec<f64> = rows.iter().map(|row| row.residual[m]).collect();
         values.sort_by(f64::total_cmp);
-        chart
-            .draw_series(LineSeries::new(values.into_iter().enumerate(), colour.stroke_width(2)))?
-            .label(*model)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
-    }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerRight)
-        .background_style(WHITE)
-        .draw()?;
-    Ok(root.present()?)
+        let place = |(i, value): (usize, f64)| [i as f64 + 1.0, value.max(LEAST_RESIDUAL)];
+        Curve {
+            class: CLASSES[m].to_owned(),
+            points: values.into_iter().enumerate().map(place).collect(),
+        }
+    };
+    let chart = Chart {
+        title: "Best fits of the catalogue".to_owned(),
+        size: [800.0, 460.0],
+        x: Axis::linear("materials, in each model's own order", 0.0, rows.len() as f64),
+        y: Axis::decades("relative residual in lightness", LEAST_RESIDUAL, 1.0),
+        curves: (0..MODELS.len()).map(curve).collect(),
+        marks: vec![],
+        key: (0..MODELS.len()).map(|m| line(CLASSES[m], MODELS[m])).collect(),
+    };
+    fs::write("docs/fits-error.svg", chart.file(STYLE))
 }
 
-/// A named profile D(tan²θ) and its colour.
-type Curve<'a> = (&'a str, &'a dyn Fn(f64) -> f64, RGBColor);
+fn line(class: &'static str, label: &'static str) -> Key {
+    Key { shown: Shown::Line, class, label }
+}
 
 /// D of a few hard channels and of their fits, against θ.
 fn plot_profiles() -> Result<(), Box<dyn Error>> {
-    let root = SVGBackend::new("docs/fits-profiles.svg", (900, 720)).into_drawing_area();
-    root.fill(&WHITE)?;
-    for (area, (name, channel)) in root.split_evenly((2, 2)).iter().zip(HARD) {
-        plot_profile(area, &find(name)?.material, channel)?;
+    let mut page = Page::new([900.0, 720.0]);
+    for (i, (name, channel)) in HARD.into_iter().enumerate() {
+        let corner = [450.0 * (i % 2) as f64, 360.0 * (i / 2) as f64];
+        page.add(corner, &profile(&find(name)?.material, channel));
     }
-    Ok(root.present()?)
+    Ok(fs::write("docs/fits-profiles.svg", page.file(STYLE))?)
 }
 
-fn plot_profile(
-    area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
-    material: &Material,
-    channel: usize,
-) -> Result<(), Box<dyn Error>> {
+/// A CSS class, a name and D(tan²θ).
+type Profile<'a> = (&'static str, &'static str, &'a dyn Fn(f64) -> f64);
+
+fn profile(material: &Material, channel: usize) -> Chart {
     let params = &material.channels[channel];
     let exact = SgdNdf::new(params.alpha, params.p);
     let fit = |distribution| one_lobe::fit(material, distribution).per_channel;
@@ -161,38 +150,25 @@ fn plot_profile(
     let beckmann = fit(Distribution::Beckmann).channels[channel].alpha;
     let mixture = |count| lobes::fit(material, count).lobes.channel(channel);
     let (two, eight) = (mixture(2), mixture(8));
-    let curves: [Curve<'_>; 5] = [
-        ("SGD", &|x| exact.eval(x), BLACK),
-        ("Beckmann", &|x| Distribution::Beckmann.ndf(beckmann, x), COLOURS[0]),
-        ("GGX", &|x| Distribution::Ggx.ndf(ggx, x), COLOURS[1]),
-        ("2 lobes", &|x| two.ndf(x), COLOURS[3]),
-        ("8 lobes", &|x| eight.ndf(x), COLOURS[5]),
+    let profiles: [Profile<'_>; 5] = [
+        ("sgd", "SGD", &|x| exact.eval(x)),
+        ("beckmann", "Beckmann", &|x| Distribution::Beckmann.ndf(beckmann, x)),
+        ("ggx", "GGX", &|x| Distribution::Ggx.ndf(ggx, x)),
+        ("lobes two", "2 lobes", &|x| two.ndf(x)),
+        ("lobes eight", "8 lobes", &|x| eight.ndf(x)),
     ];
     let degrees: Vec<f64> = (0..=160).map(|i| 0.01 * 8000_f64.powf(f64::from(i) / 160.0)).collect();
-    let (low, high) = (exact.peak() * 1e-6, exact.peak() * 4.0);
-    let mut chart = ChartBuilder::on(area)
-        .caption(format!("{} {}", material.name, Channel::ALL[channel].name()), ("sans-serif", 16))
-        .margin(8)
-        .x_label_area_size(28)
-        .y_label_area_size(56)
-        .build_cartesian_2d((0.01..80.0).log_scale(), (low..high).log_scale())?;
-    chart
-        .configure_mesh()
-        .x_desc("θh in degrees")
-        .y_desc("D")
-        .y_label_formatter(&|y| format!("{y:.0e}"))
-        .draw()?;
-    for (label, d, colour) in curves {
-        let point = |theta: &f64| (*theta, d(theta.to_radians().tan().powi(2)).max(low));
-        chart
-            .draw_series(LineSeries::new(degrees.iter().map(point), colour.stroke_width(2)))?
-            .label(label)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+    let curve = |(class, _, d): &Profile<'_>| Curve {
+        class: (*class).to_owned(),
+        points: degrees.iter().map(|theta| [*theta, d(theta.to_radians().tan().powi(2))]).collect(),
+    };
+    Chart {
+        title: format!("{}, {}", material.name, Channel::ALL[channel].name()),
+        size: [450.0, 360.0],
+        x: Axis::decades("θh [°]", 0.01, 100.0),
+        y: Axis::decades("D [1/sr]", exact.peak() * 1e-6, exact.peak()),
+        curves: profiles.iter().map(curve).collect(),
+        marks: vec![],
+        key: profiles.iter().map(|(class, name, _)| line(class, name)).collect(),
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerLeft)
-        .background_style(WHITE)
-        .draw()?;
-    Ok(())
 }

@@ -380,7 +380,8 @@ fn material(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::catalog;
+    use crate::brdf::Reflectance as _;
+    use crate::material::{catalog, find};
 
     #[test]
     fn factors_are_in_their_ranges() {
@@ -395,5 +396,28 @@ mod tests {
             assert!(material.specular_color.iter().all(|x| (0.0..=25.0).contains(x)));
             assert!(residuals.cube_root.iter().all(|r| *r < 0.3), "{residuals:?}");
         }
+    }
+    /// What the search takes for a coated material is the material: each pair lit from both sides.
+    #[test]
+    fn the_search_sums_what_the_material_is() {
+        let target = Target::new(&find("chrome").expect("in the catalogue").material);
+        let (metric, search) = (Metric::default(), Search::new(&target, Metric::default()));
+        let x = [0.8, 0.1, 0.2, 0.3, 0.4, 0.3, 0.2, 0.0, 0.5, 0.7, 0.2];
+        let x = DVector::from_column_slice(&x);
+        let [lobe, coat] = [ROUGHNESS, COAT_ROUGHNESS].map(|at| search.lobe(x[at]));
+        let searched = search.coated_equations(&x, &lobe, &coat).squares;
+        let brdf = gltf_material(&x);
+        let square = |i: usize, side: usize| {
+            let pair = &target.pairs[i];
+            let directions = [(pair.wi, pair.wo), (pair.wo, pair.wi)];
+            let f = brdf.eval(directions[side].0, directions[side].1);
+            let residual = |c: usize| {
+                metric.transform(f[c], pair.cos_theta[side]).0 - search.goals[c][i][side]
+            };
+            (0..3).map(|c| pair.weights[side] * residual(c).powi(2)).sum::<f64>()
+        };
+        let summed: f64 =
+            (0..target.pairs.len()).flat_map(|i| [0, 1].map(|side| square(i, side))).sum();
+        assert!((searched / summed - 1.0).abs() < 1e-9, "{searched} {summed}");
     }
 }

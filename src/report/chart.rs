@@ -88,6 +88,39 @@ pub struct Chart {
     pub key: Vec<Key>,
 }
 
+/// Several charts in one file, each in its own size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Page {
+    size: [f64; 2],
+    charts: String,
+}
+
+impl Page {
+    /// An empty page of the given width and height.
+    #[must_use]
+    pub fn new(size: [f64; 2]) -> Self {
+        Self { size, charts: String::new() }
+    }
+
+    /// Puts a chart with its left top corner where told.
+    pub fn add(&mut self, [x, y]: [f64; 2], chart: &Chart) {
+        let _ = write!(self.charts, "<g transform=\"translate({x} {y})\">{}</g>", chart.drawing());
+    }
+
+    /// The page as a complete SVG file with its style.
+    #[must_use]
+    pub fn file(&self, style: &str) -> String {
+        let [width, height] = self.size;
+        format!(
+            "<!-- {GENERATOR} -->\n<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" \
+             viewBox=\"0 0 {width} {height}\"><style>{}</style>\
+             <rect class=\"ground\" width=\"100%\" height=\"100%\"/>{}</svg>\n",
+            escape(style),
+            self.charts
+        )
+    }
+}
+
 /// Room for labels: left, top, right, bottom.
 const MARGIN: [f64; 4] = [52.0, 26.0, 12.0, 38.0];
 /// Height of the key's line.
@@ -188,12 +221,16 @@ impl Chart {
     #[must_use]
     pub fn svg(&self) -> String {
         let [width, height] = self.size;
+        format!(
+            "<svg class=\"chart\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">{}</svg>",
+            escape(&self.title),
+            self.drawing()
+        )
+    }
+
+    /// What the element holds.
+    fn drawing(&self) -> String {
         let mut svg = format!(
-            "<svg class=\"chart\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">",
-            escape(&self.title)
-        );
-        let _ = write!(
-            svg,
             "<text class=\"title\" x=\"{}\" y=\"16\">{}</text>",
             MARGIN[0],
             escape(&self.title)
@@ -205,21 +242,15 @@ impl Chart {
                 write!(svg, "<path class=\"curve {}\" d=\"{}\"/>", curve.class, self.path(curve));
         }
         self.draw_marks(&mut svg);
-        svg + "</svg>"
+        svg
     }
 
     /// The drawing as a file of its own with its style.
     #[must_use]
     pub fn file(&self, style: &str) -> String {
-        let namespace = "<svg xmlns=\"http://www.w3.org/2000/svg\"";
-        let with_style = format!(
-            "\"><style>{}</style><rect class=\"ground\" width=\"100%\" height=\"100%\"/>",
-            escape(style)
-        );
-        let generator = format!("<!-- {GENERATOR} -->\n");
-        generator
-            + &self.svg().replacen("<svg", namespace, 1).replacen("\">", &with_style, 1)
-            + "\n"
+        let mut page = Page::new(self.size);
+        page.add([0.0, 0.0], self);
+        page.file(style)
     }
 
     /// Where a point of the data lies in the drawing.
@@ -420,7 +451,10 @@ mod tests {
             let number = |text: &str, key: &str| {
                 text.split(key).nth(1)?.split('"').next()?.parse::<f64>().ok()
             };
-            let place = |text: &str| Some([number(text, "x=\"")?, number(text, "y=\"")?]);
+            let place = |text: &str| {
+                let left = if text.starts_with(" end") { -35.0 } else { 0.0 };
+                Some([number(text, "x=\"")? + left, number(text, "y=\"")?])
+            };
             svg.split("class=\"name m").skip(1).filter_map(place).collect::<Vec<_>>()
         };
         let places = labels(&chart);

@@ -80,7 +80,7 @@ mod tests {
     fn a_margin_is_the_ratio_over_the_limit() {
         let rounds = Rounds::new(vec![vec![100.0], vec![40.0], vec![4.0], vec![5.0]]);
         let margins = margins(&rounds, &[0.0, 1e-6, 1e-3, 1.1e-3]);
-        let expected = [f64::INFINITY, 2.5 / 3.0, 1.25 * 1.25, 4.0 / 5.0];
+        let expected = [f64::INFINITY, 2.5 / 3.0, 1.25 * 1.25, 4.0 / 5.0 / NO_SLOWER];
         for (margin, expected) in margins.iter().zip(expected) {
             assert!(*margin == expected || (margin / expected - 1.0).abs() < 1e-12, "{margins:?}");
         }
