@@ -376,3 +376,74 @@ fn pruning_takes_out_what_only_replaced_materials_showed() {
     before["extensions"]["MADE_up"]["bufferView"] = json!(1);
     assert_eq!(pruned(&before, &[0, 1, 2]).1, bin);
 }
+
+/// Lookup textures of a measured material that stays, and files that an unknown extension names.
+#[test]
+fn files_that_extensions_name_travel_with_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let replacement = replacement();
+    let slots = |indices: &[usize]| -> Vec<_> {
+        indices.iter().map(|index| (SlotId::Material(*index), &replacement)).collect()
+    };
+    let plain = json!({
+        "asset": {"version": "2.0"},
+        "materials": [{"name": "a"}, {"name": "b"}],
+        "extensions": {"MADE_up": {"uri": "made%20up.dat", "more": [{"uri": "absent.dat"}, {"uri": "https://a.b/c"}, {"uri": "../out"}]}},
+    });
+    fs::write(at("plain.gltf"), plain.to_string()).unwrap();
+    fs::write(at("made up.dat"), b"made up").unwrap();
+    export(&Scene::open(&at("plain.gltf")).unwrap(), &slots(&[0, 1]), &at("one/scene.gltf"));
+    assert_eq!(fs::read(at("one/made up.dat")).unwrap(), b"made up");
+
+    // Of the same name, so that the new texture has to give way to the one that stays.
+    let measured = Scene::open(&at("one/scene.gltf")).unwrap();
+    export(&measured, &slots(&[1]), &at("two/scene.gltf"));
+    let (before, after) = (document(&at("one/scene.gltf")).0, document(&at("two/scene.gltf")).0);
+    let bytes = &*replacement.textures[0].bytes;
+    let uris = |document: &Value, index: usize| -> Vec<String> {
+        let textures = &document["materials"][index]["extensions"][EXTENSION]["textures"];
+        let textures = textures.as_array().unwrap().iter();
+        textures.map(|texture| texture["uri"].as_str().unwrap().to_owned()).collect()
+    };
+    assert_eq!(uris(&after, 0), uris(&before, 0));
+    assert_ne!(uris(&after, 1), uris(&before, 0));
+    for uri in [uris(&after, 0), uris(&after, 1)].concat() {
+        assert_eq!(fs::read(at("two").join(uri)).unwrap(), bytes);
+    }
+    assert_eq!(fs::read(at("two/made up.dat")).unwrap(), b"made up");
+    assert_eq!(fs::read_dir(at("two")).unwrap().count(), 4);
+
+    export(&measured, &slots(&[1]), &at("three/scene.glb"));
+    let (after, bin) = document(&at("three/scene.glb"));
+    for texture in after["materials"][0]["extensions"][EXTENSION]["textures"].as_array().unwrap() {
+        assert_eq!((texture.get("uri"), &texture["mimeType"]), (None, &json!("image/x-exr")));
+        let view = &after["bufferViews"][texture["bufferView"].as_u64().unwrap() as usize];
+        let start = view["byteOffset"].as_u64().unwrap() as usize;
+        assert_eq!(&bin[start..][..view["byteLength"].as_u64().unwrap() as usize], bytes);
+    }
+    assert_eq!(after["extensions"], plain["extensions"]);
+    assert_eq!(fs::read_dir(at("three")).unwrap().count(), 2);
+}
+
+#[test]
+fn pruning_takes_out_the_lookup_textures_of_replaced_materials() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let replacement = replacement();
+    let ball = (SlotId::Material(0), &replacement);
+    export(&Scene::ball(4).unwrap(), &[ball], &at("0.glb"));
+    let again = |from: &str, to: &str, prune: bool| {
+        let scene = Scene::open(&at(from)).unwrap();
+        let scene = if prune { scene.pruned(&[ball]).unwrap() } else { scene };
+        export(&scene, &[ball], &at(to));
+        document(&at(to)).1.len()
+    };
+    let first = document(&at("0.glb")).1.len();
+    let texture = replacement.textures[0].bytes.len();
+    assert!(again("0.glb", "1.glb", false) >= first + texture);
+    let pruned = again("0.glb", "2.glb", true);
+    assert!(pruned < first + texture, "{pruned} {first}");
+    // What is left of each is less than twice the alignment.
+    assert!(again("2.glb", "3.glb", true) < pruned + 16);
+}

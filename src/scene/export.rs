@@ -1,7 +1,7 @@
 //! A scene and its assignments become files.
 
 use std::{
-    collections::{HashMap, HashSet},
+    collections::{BTreeSet, HashMap, HashSet},
     ffi::OsStr,
     io::{self, Write},
     path::{Path, PathBuf},
@@ -16,6 +16,7 @@ use super::{
     draft::{Draft, data_uri},
     glb,
     material::{self, CLEARCOAT, EXTENSION, SPECULAR},
+    prune::replaced,
     resource::{Resource, percent_encode},
     text::{Pieces, quote},
 };
@@ -65,8 +66,9 @@ impl Scene {
             stored: HashMap::new(),
             warnings: Vec::new(),
         };
-        job.resources()?;
-        job.convert()?;
+        let replaced = replaced(assigned);
+        job.resources(&replaced)?;
+        job.convert(&replaced)?;
         job.assign(assigned)?;
         job.finish(target)
     }
@@ -88,10 +90,13 @@ struct Job<'s> {
 
 impl Job<'_> {
     /// Files of the scene that stay files are copied along, unless they lie there already.
-    fn resources(&mut self) -> Result<(), SceneError> {
-        let resources = self.scene.resources()?;
+    fn resources(&mut self, replaced: &BTreeSet<usize>) -> Result<(), SceneError> {
+        let mut resources = self.scene.extension_files(replaced)?;
         if self.embeds() {
-            return Ok(());
+            let embedded = self.scene.lookups(replaced);
+            resources.retain(|resource| !embedded.contains(&&*resource.uri));
+        } else {
+            resources.extend(self.scene.resources()?);
         }
         let source = self.scene.folder();
         let same = match (source.canonicalize(), self.folder().canonicalize()) {
@@ -99,7 +104,8 @@ impl Job<'_> {
             _ => false,
         };
         for resource in resources {
-            if !same {
+            let new = !self.names.contains(&resource.path);
+            if new && !same {
                 let pieces = vec![Bytes::file(&resource.locate(source)?)?];
                 let path = self.folder.join(&resource.path);
                 self.files.push(OutputFile { path, pieces, copy: true });
@@ -119,12 +125,13 @@ impl Job<'_> {
             && !matches!(self.scene.source, Source::File(Container::Glb, _))
     }
 
-    fn convert(&mut self) -> Result<(), SceneError> {
+    fn convert(&mut self, replaced: &BTreeSet<usize>) -> Result<(), SceneError> {
         match self.container {
             Container::Gltf if self.scene.bin.is_some() => self.unpack_buffer()?,
             Container::Glb if self.embeds() => {
                 self.pack_buffers()?;
                 self.pack_images()?;
+                self.pack_lookups(replaced)?;
             }
             _ => {}
         }
@@ -201,6 +208,26 @@ impl Job<'_> {
                 ("bufferView", Some(view.to_string())),
             ];
             self.edit_member("images", index, &members)?;
+        }
+        Ok(())
+    }
+
+    /// .gltf → .glb: files of lookup textures become buffer views.
+    fn pack_lookups(&mut self, replaced: &BTreeSet<usize>) -> Result<(), SceneError> {
+        let mut places = HashMap::new();
+        for uri in self.scene.lookups(replaced) {
+            let Ok(Some(resource)) = Resource::new(uri) else { continue };
+            match self.read(&resource) {
+                Ok(bytes) => {
+                    let mime = mime(&resource.path).unwrap_or("application/octet-stream");
+                    places.insert(uri, (self.draft.embed(bytes)?, mime));
+                }
+                Err(problem) => self.warnings.push(problem.to_string()),
+            }
+        }
+        let kept: Vec<usize> = self.scene.measured().map(|(index, _)| index).collect();
+        for index in kept.into_iter().filter(|index| !replaced.contains(index)) {
+            self.draft.edit("materials", index, |raw| material::embedded(raw, &places))?;
         }
         Ok(())
     }
@@ -341,6 +368,7 @@ pub(super) fn mime(path: &Path) -> Option<&'static str> {
         "avif" => "image/avif",
         "ktx2" => "image/ktx2",
         "dds" => "image/vnd-ms.dds",
+        "exr" => "image/x-exr",
         _ => return None,
     })
 }

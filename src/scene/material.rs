@@ -1,5 +1,7 @@
 //! One glTF material is replaced: what describes its reflection goes, the rest stays.
 
+use std::collections::HashMap;
+
 use serde_json::{Map, Value, json};
 
 use super::{
@@ -49,6 +51,32 @@ pub(super) fn replace(
     if let Some(extras) = extras(material.get("extras"), replacement)? {
         material.set("extras", extras);
     }
+    Ok(material.to_text())
+}
+
+/// The text of the material `raw`, its lookup textures at these addresses in these buffer views,
+/// of these media types.
+pub(super) fn embedded(
+    raw: &str,
+    views: &HashMap<&str, (usize, &str)>,
+) -> serde_json::Result<String> {
+    let mut material = Pieces::object(raw)?;
+    let mut extensions = Pieces::object(material.original("extensions").unwrap_or("{}"))?;
+    let mut body = Pieces::object(extensions.original(EXTENSION).unwrap_or("{}"))?;
+    let mut textures = Pieces::array(body.original("textures").unwrap_or("[]"))?;
+    for index in 0..textures.len() {
+        let raw = textures.item(index).unwrap_or("{}").to_owned();
+        let mut texture = Pieces::object(&raw)?;
+        let uri: Option<String> = texture.get("uri").map(serde_json::from_str).transpose()?;
+        let Some((view, mime)) = uri.and_then(|uri| views.get(&*uri)) else { continue };
+        texture.remove("uri");
+        texture.set("bufferView", view.to_string());
+        texture.set("mimeType", quote(mime));
+        textures.replace(index, texture.to_text());
+    }
+    body.set("textures", textures.to_text());
+    extensions.set(EXTENSION, body.to_text());
+    material.set("extensions", extensions.to_text());
     Ok(material.to_text())
 }
 

@@ -25,6 +25,7 @@ mod error;
 mod export;
 mod glb;
 mod material;
+mod members;
 mod obj;
 mod outline;
 mod prune;
@@ -57,6 +58,7 @@ use serde_json::Value;
 use glb::Glb;
 use outline::Outline;
 use resource::Resource;
+use text::Pieces;
 
 /// How much of what a scene has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -210,6 +212,43 @@ impl Scene {
         let images = self.outline.images.iter().filter_map(|image| image.uri.as_deref());
         let uris: BTreeSet<_> = buffers.chain(images).collect();
         uris.into_iter().filter_map(|uri| Resource::new(uri).transpose()).collect()
+    }
+
+    /// Files that extensions name by a member `uri`, but for [`EXTENSION`] in replaced materials.
+    /// What an unknown extension means by one is not known: what is no file within the scene's
+    /// folder is passed over.
+    fn extension_files(&self, replaced: &BTreeSet<usize>) -> serde_json::Result<Vec<Resource>> {
+        let mut uris = BTreeSet::new();
+        let mut take = |key: &str, value: &Value| {
+            uris.extend(value.as_str().filter(|_| key == "uri").map(str::to_owned));
+        };
+        let root = Pieces::object(&self.text)?;
+        let apart = ["buffers", "images", "materials"];
+        for (_, raw) in root.members().filter(|(key, _)| !apart.contains(key)) {
+            members::visit(&serde_json::from_str(raw)?, &mut take);
+        }
+        let materials = Pieces::array(root.get("materials").unwrap_or("[]"))?;
+        for (index, raw) in materials.values().enumerate() {
+            let mut material: Value = serde_json::from_str(raw)?;
+            if let Some(extensions) = material.get_mut("extensions").and_then(Value::as_object_mut)
+                && replaced.contains(&index)
+            {
+                extensions.shift_remove(EXTENSION);
+            }
+            members::visit(&material, &mut take);
+        }
+        let there = |uri: String| {
+            let resource = Resource::new(&uri).ok()??;
+            resource.locate(self.folder()).ok().map(|_| resource)
+        };
+        Ok(uris.into_iter().filter_map(there).collect())
+    }
+
+    /// The addresses of lookup textures in materials that are not replaced.
+    fn lookups(&self, replaced: &BTreeSet<usize>) -> BTreeSet<&str> {
+        let kept = self.measured().filter(|(index, _)| !replaced.contains(index));
+        let textures = kept.filter_map(|(_, body)| body["textures"].as_array()).flatten();
+        textures.filter_map(|texture| texture["uri"].as_str()).collect()
     }
 
     /// Where relative addresses start.

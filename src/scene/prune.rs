@@ -1,18 +1,16 @@
-//! Images that only replaced materials showed are taken out. No array gets shorter and no index
-//! changes, so that extensions this crate does not know stay right: a texture keeps its place, its
-//! image becomes a placeholder of one pixel, and the image's bytes leave the buffer.
+//! Images and lookup textures that only replaced materials showed are taken out. No array gets
+//! shorter and no index changes, so that extensions this crate does not know stay right: a texture
+//! keeps its place, its image becomes a placeholder of one pixel, and the bytes leave the buffer.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
     ops::Range,
 };
 
-use serde_json::Value;
-
 use super::{
     Bytes, Replacement, Scene, SceneError, SlotId,
     draft::Draft,
-    material,
+    material, members,
     outline::Outline,
     text::{Pieces, quote},
 };
@@ -24,20 +22,22 @@ const PIXEL: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAA
 const ALIGNMENT: u64 = 8;
 
 impl Scene {
-    /// The scene without the images that, of all materials, only those about to be replaced show.
+    /// The scene without the images and lookup textures that, of all materials, only those about
+    /// to be replaced show.
     ///
     /// # Errors
     /// Materials that are no valid JSON objects.
     pub fn pruned(self, assigned: &[(SlotId, &Replacement)]) -> Result<Self, SceneError> {
         let images = self.unused_images(assigned)?;
-        if images.is_empty() {
+        let released = self.released(&images, assigned);
+        if images.is_empty() && released.is_empty() {
             return Ok(self);
         }
         let mut draft = Draft::new(&self.text, None)?;
         for index in &images {
             draft.edit("images", *index, placeholder)?;
         }
-        let holes = self.holes(&images)?;
+        let holes = self.holes(&released)?;
         let (mut bin, mut removed) = (self.bin.clone(), 0);
         if let (Some(pieces), false) = (&mut bin, holes.is_empty()) {
             let all: u64 = pieces.iter().map(Bytes::len).sum();
@@ -88,18 +88,33 @@ impl Scene {
         Ok(images.filter(|image| *image < self.outline.images.len()).collect())
     }
 
-    /// Ranges of the first buffer that only the buffer views of these images cover. The first bytes
-    /// stay, as a buffer must not be empty.
-    fn holes(&self, images: &BTreeSet<usize>) -> serde_json::Result<Vec<Range<u64>>> {
+    /// The buffer view of each image, and of each lookup texture of a replaced material.
+    fn released(&self, images: &BTreeSet<usize>, assigned: &[(SlotId, &Replacement)]) -> Vec<u64> {
+        let replaced = replaced(assigned);
+        let mut views: Vec<u64> = images
+            .iter()
+            .filter_map(|image| Some(self.outline.images[*image].buffer_view?.0))
+            .collect();
+        for (_, body) in self.measured().filter(|(index, _)| replaced.contains(index)) {
+            members::visit(body, &mut |key, value| {
+                views.extend(value.as_u64().filter(|_| key == "bufferView"));
+            });
+        }
+        views
+    }
+
+    /// Ranges of the first buffer that only buffer views cover whose every use is in `released`.
+    /// The first bytes stay, as a buffer must not be empty.
+    fn holes(&self, released: &[u64]) -> serde_json::Result<Vec<Range<u64>>> {
         let outline = &self.outline;
         let mut users: BTreeMap<u64, usize> = BTreeMap::new();
-        collect(&serde_json::from_str(&self.text)?, &mut |key, value| {
+        members::visit(&serde_json::from_str(&self.text)?, &mut |key, value| {
             if let ("bufferView", Some(view)) = (key, value.as_u64()) {
                 *users.entry(view).or_default() += 1;
             }
         });
-        for view in images.iter().filter_map(|image| outline.images[*image].buffer_view) {
-            users.entry(view.0).and_modify(|count| *count -= 1);
+        for view in released {
+            users.entry(*view).and_modify(|count| *count -= 1);
         }
         let views: BTreeSet<u64> =
             users.into_iter().filter(|(_, count)| *count == 0).map(|(view, _)| view).collect();
@@ -138,6 +153,11 @@ impl Scene {
     }
 }
 
+/// The materials of the document that are replaced.
+pub(super) fn replaced(assigned: &[(SlotId, &Replacement)]) -> BTreeSet<usize> {
+    assigned.iter().filter_map(|(slot, _)| slot.index()).collect()
+}
+
 /// The image's text with the placeholder in place of its content.
 fn placeholder(raw: &str) -> serde_json::Result<String> {
     let mut image = Pieces::object(raw)?;
@@ -150,7 +170,7 @@ fn placeholder(raw: &str) -> serde_json::Result<String> {
 /// Texture indices in a material: `index` of every member whose name ends in `Texture`.
 fn textures(material: &str) -> serde_json::Result<Vec<u64>> {
     let mut found = Vec::new();
-    collect(&serde_json::from_str(material)?, &mut |key, value| {
+    members::visit(&serde_json::from_str(material)?, &mut |key, value| {
         if key.ends_with("Texture") {
             found.extend(value["index"].as_u64());
         }
@@ -161,23 +181,12 @@ fn textures(material: &str) -> serde_json::Result<Vec<u64>> {
 /// Image indices in a texture: its own `source` and those of its extensions.
 fn sources(texture: &str) -> serde_json::Result<Vec<u64>> {
     let mut found = Vec::new();
-    collect(&serde_json::from_str(texture)?, &mut |key, value| {
+    members::visit(&serde_json::from_str(texture)?, &mut |key, value| {
         if key == "source" {
             found.extend(value.as_u64());
         }
     });
     Ok(found)
-}
-
-fn collect(value: &Value, found: &mut impl FnMut(&str, &Value)) {
-    match value {
-        Value::Object(members) => members.iter().for_each(|(key, value)| {
-            found(key, value);
-            collect(value, found);
-        }),
-        Value::Array(elements) => elements.iter().for_each(|element| collect(element, found)),
-        _ => {}
-    }
 }
 
 /// The pieces without the holes, which are in order and apart.

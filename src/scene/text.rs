@@ -78,6 +78,11 @@ impl<'t> Pieces<'t> {
         self.items.iter().map(|item| &*item.value)
     }
 
+    /// The keys and texts of all members in order.
+    pub fn members(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.items.iter().map(|item| (&*item.key, &*item.value))
+    }
+
     /// How many items there are.
     pub fn len(&self) -> usize {
         self.items.len()
