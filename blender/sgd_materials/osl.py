@@ -13,8 +13,15 @@ from .manifest import FormatError
 SHADER = Path(__file__).with_name("sgd_lobes.osl")
 
 
+def supported():
+    """Whether this Blender has Open Shading Language; some Linux distributions' have not."""
+    return bpy.app.build_options.cycles_osl
+
+
 def script_node(graph, description):
     """A Script node of the shader for a material, compiled by Cycles' own compiler."""
+    if not supported():
+        raise FormatError("this Blender is built without Open Shading Language: choose Lobes (Nodes)")
     update, errors = _updater(), []
     node = graph.node("ShaderNodeScript", mode="INTERNAL", script=_text(description))
     update(node, lambda kind, message: "ERROR" in kind and errors.append(message))

@@ -47,6 +47,15 @@ def test_no_more_closures_than_cycles_keeps(scene, manifest):
     assert min(counts) >= 1 and max(counts) == 16
 
 
+def test_without_osl_the_fit_is_shown_with_the_reason(nickel, monkeypatch):
+    from sgd_materials import osl, panel
+
+    monkeypatch.setattr(osl, "supported", lambda: False)
+    nickel.sgd_material.mode = "LOBES"
+    assert "choose Lobes (Nodes)" in " ".join(panel.notes(bpy.context.scene, nickel))
+    assert shown_node(nickel).type == "BSDF_PRINCIPLED"
+
+
 def test_the_sun_drives_direction_and_irradiance(nickel):
     from mathutils import Vector
 
