@@ -2,6 +2,7 @@
 //! table, and their files. Ratios within one run are what counts.
 
 use divan::{Bencher, black_box};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use sgdbake::brdf::ChannelBrdf;
 use sgdbake::encode::{exr, ktx2};
 use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Row, albedo, bake, volume};
@@ -14,7 +15,8 @@ fn main() {
 
 fn row(name: &str) -> Row {
     let material = &find(name).expect("in the catalogue").material;
-    let channels = material.channels.each_ref().map(|c| ChannelBrdf::new(c, MaskingKind::Exact));
+    let evaluator = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, 1e-8).tabulated();
+    let channels = material.channels.each_ref().map(evaluator);
     Row::new(name, &channels, [true; 3])
 }
 
@@ -49,9 +51,23 @@ fn volume_256_as_exr(bencher: Bencher<'_, '_>) {
     bencher.bench(|| exr::encode(black_box(&table), "brdf3d-0.exr"));
 }
 
-/// 128 texels, 3072 quadrature points each, three channels.
-#[divan::bench(sample_count = 3, sample_size = 1)]
+/// 43 materials, three moments each, at 128 angles: 129 × 128 texels of three channels, from up to
+/// 1024 half vectors each. One thread.
+#[divan::bench(sample_count = 10, sample_size = 1)]
 fn albedo_128(bencher: Bencher<'_, '_>) {
-    let rows = [row("gold-paint")];
-    bencher.bench(|| albedo::tabulate(black_box(&rows), 128, Depth::Half));
+    let rows: Vec<Row> = catalog().iter().take(43).map(|entry| row(&entry.material.name)).collect();
+    let one = one_thread();
+    bencher.bench(|| one.install(|| albedo::tabulate(black_box(&rows), 128, Depth::Half)));
+}
+
+/// The quadrature of the same rows that the table is held against. One thread.
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn albedo_checks(bencher: Bencher<'_, '_>) {
+    let rows: Vec<Row> = catalog().iter().take(43).map(|entry| row(&entry.material.name)).collect();
+    let one = one_thread();
+    bencher.bench(|| one.install(|| albedo::Checks::new(black_box(&rows))));
+}
+
+fn one_thread() -> ThreadPool {
+    ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be had")
 }

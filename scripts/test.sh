@@ -11,7 +11,7 @@ cargo fmt --check
 cargo clippy --all-targets --quiet -- -D warnings
 
 if [ -f tests/js/package.json ]; then
-  step "npm packages: the glTF validator, three.js"
+  step "npm packages: the glTF validator, three.js, ktx-parse"
   (cd tests/js && npm ci --no-audit --no-fund --loglevel=error)
 fi
 

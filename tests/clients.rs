@@ -1,5 +1,5 @@
 //! Real clients read what an export wrote: the official glTF validator (no error that the input did
-//! not have) and three.js. Both run in Node with the packages of tests/js; skipped with a message
+//! not have) and three.js; and ktx-parse what a bake wrote. All run in Node with the packages of tests/js; skipped with a message
 //! where Node or the packages are absent.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
@@ -13,7 +13,10 @@ use std::{
     process::Command,
 };
 
-use serde_json::Value;
+use serde_json::{Value, json};
+use sgdbake::encode::{GENERATOR, ktx2};
+use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Table, bake};
+use sgdbake::material::find;
 use sgdbake::scene::{Pattern, Scene, resolve};
 use support::{export, models, replacement, scene_files};
 
@@ -115,6 +118,61 @@ fn three_js_loads_every_export_with_the_material_in_it() {
             assert!(close("roughness", 0.375) && close("metalness", 1.0), "{name}: {material}");
             assert_eq!(material["sgd"], "gold-paint", "{} {name}", file.display());
             assert_eq!(material["extras"], "gold-paint", "{} {name}", file.display());
+        }
+    }
+}
+
+/// A 2D and a 3D table of two materials in each depth that KTX 2 holds.
+fn tables() -> Vec<Table> {
+    let materials = ["chrome", "beige-fabric"].map(|name| &find(name).unwrap().material);
+    let tables = |depth| {
+        let request = Request {
+            quantities: vec![Quantity::Masking, Quantity::Brdf3d],
+            masking: Default::default(),
+            extent: Extent::Size(20),
+            depths: Depths::Only(depth),
+        };
+        bake(&materials, &request).unwrap().tables
+    };
+    [Depth::Half, Depth::Float].into_iter().flat_map(tables).collect()
+}
+
+#[test]
+fn ktx_parse_reads_every_texel_as_it_was_baked() {
+    let folder = tempfile::tempdir().unwrap();
+    let tables = tables();
+    let write = |(i, table): (usize, &Table)| {
+        let path = folder.path().join(format!("{i}.ktx2"));
+        std::fs::write(&path, ktx2::encode(table, "any.ktx2").unwrap()).unwrap();
+        path
+    };
+    let files: Vec<PathBuf> = tables.iter().enumerate().map(write).collect();
+    let Some(images) = node("ktx2.mjs", &files) else { return };
+    assert_eq!(images.len(), 6, "a 2D table and two 3D tables in each depth");
+    for (image, table) in images.iter().zip(&tables) {
+        // VK_FORMAT_R16G16B16A16_SFLOAT and VK_FORMAT_R32G32B32A32_SFLOAT.
+        let (format, bytes) = if table.texels.depth() == Depth::Half { (97, 2) } else { (109, 4) };
+        assert_eq!(image["vkFormat"], format);
+        assert_eq!(image["typeSize"], bytes);
+        let size = ["pixelWidth", "pixelHeight", "pixelDepth"].map(|key| image[key].clone());
+        let depth = table.size.get(2).copied().unwrap_or(0);
+        assert_eq!(json!(size), json!([table.size[0], table.size[1], depth]));
+        let counts = ["layerCount", "faceCount", "levels", "supercompression"];
+        assert_eq!(json!(counts.map(|key| image[key].clone())), json!([0, 1, 1, 0]));
+        let linear_bt709_rgba = json!({"colorModel": 1, "colorPrimaries": 1, "transferFunction": 1, "texelBytes": 4 * bytes});
+        assert_eq!(image["descriptor"], linear_bt709_rgba);
+        // Signed floats for R, G, B and A.
+        let sample = |(i, channel): (usize, u32)| json!([8 * bytes * i, 8 * bytes, 0xC0 | channel]);
+        let samples: Vec<Value> = [0, 1, 2, 15].into_iter().enumerate().map(sample).collect();
+        assert_eq!(image["samples"], json!(samples));
+        assert_eq!(image["writer"], GENERATOR);
+        assert_eq!(image["entry"]["quantity"], table.quantity.name());
+        let texels = image["texels"].as_array().unwrap();
+        assert_eq!(texels.len(), 4 * table.texels.len());
+        for (i, rgba) in texels.chunks(4).enumerate() {
+            let [r, g, b] = table.texels.get(i).map(f64::from);
+            let read: Vec<f64> = rgba.iter().filter_map(Value::as_f64).collect();
+            assert_eq!(read, [r, g, b, 1.0], "texel {i}");
         }
     }
 }

@@ -200,6 +200,40 @@ fn exit_codes_say_what_went_wrong() {
 }
 
 #[test]
+fn absurd_sizes_and_tolerances_are_told_what_is_accepted() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().join("lut");
+    for command in
+        [&["bake", "--material=chrome"][..], &["export", "--shape=ball", "--assign=*=chrome"]]
+    {
+        let target = out.with_extension("glb");
+        let refused = |option: &str, value: &str, said: &str| {
+            let output = sgdbake(command).args([option, value, "-o"]).arg(&target).output();
+            let output = output.expect("it runs");
+            let message = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(2), "{option} {value}: {message}");
+            assert!(message.contains(said), "{option} {value}: {message}");
+        };
+        for tolerance in ["0", "-1", "NaN", "inf", "1e-9", "1e9"] {
+            refused("--tolerance", tolerance, "accepted are 0.000001 to 0.5");
+        }
+        for size in ["0", "1", "1000000000"] {
+            refused("--size", size, "accepted are 2 to 16384");
+        }
+        for size in ["-4", "1e3", "99999999999999999999999"] {
+            refused("--size", size, size);
+        }
+        assert!(!target.exists());
+    }
+    let sizes = sgdbake(&["bake", "--material=chrome", "--quantity=brdf3d", "--size=513", "-o"])
+        .arg(&out)
+        .assert()
+        .code(2);
+    let message = String::from_utf8_lossy(&sizes.get_output().stderr).into_owned();
+    assert!(message.contains("accepted are 2 to 512"), "{message}");
+}
+
+#[test]
 fn a_scene_takes_only_what_its_meshes_show() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = folder.path().join("two.obj");
@@ -207,13 +241,16 @@ fn a_scene_takes_only_what_its_meshes_show() {
     let out = folder.path().join("lut");
     let assert = sgdbake(&["bake"])
         .arg(&scene)
-        .args(["--assign", "*=chrome", "--compare", "--json", "-o"])
+        .args(["--assign=*=chrome", "--tolerance=2e-2", "--compare", "--json", "-o"])
         .arg(&out)
         .assert()
         .success();
     let report: serde_json::Value =
         serde_json::from_slice(&assert.get_output().stdout).expect("one JSON object");
     assert_eq!(report["rows"], 1);
-    let bytes = |key: &str| report[key].as_u64().expect("a number");
-    assert!(bytes("catalogue_texture_bytes") > 50 * bytes("texture_bytes"), "{report}");
+    let bytes = |report: &serde_json::Value| report["texture_bytes"].as_u64().expect("a number");
+    let (one, all) = (bytes(&report), bytes(&report["catalogue"]));
+    // A hundred times the factors, the albedo, and 3D tables that are larger than both.
+    assert!(all > 500 * one, "{report}");
+    assert_eq!(report["catalogue"]["out_of_reach"], 0);
 }

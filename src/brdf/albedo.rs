@@ -1,6 +1,7 @@
 //! Directional albedo by deterministic quadrature.
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::LazyLock;
 
 use crate::brdf::eval::{ChannelBrdf, SgdBrdf};
 use crate::math::quadrature::{Node, gauss_legendre};
@@ -32,10 +33,9 @@ impl FresnelMoments {
     /// The moments at cosθo in (0, 1], to about six digits; 0 at and below the horizon.
     #[must_use]
     pub fn new(ndf: &SgdNdf, masking: &Masking, cos_theta_o: f64) -> Self {
-        static RULES: std::sync::LazyLock<[Vec<Node>; 2]> = std::sync::LazyLock::new(|| {
-            [gauss_legendre(RADIAL_NODES), gauss_legendre(AZIMUTH_NODES)]
-        });
-        let [radial, azimuth] = &*RULES;
+        static RULES: LazyLock<(Vec<Node>, Vec<f64>)> =
+            LazyLock::new(|| (gauss_legendre(RADIAL_NODES), azimuths(AZIMUTH_NODES)));
+        let (radial, azimuth) = &*RULES;
         Self::with_rules(ndf, masking, cos_theta_o, radial, azimuth)
     }
 
@@ -50,20 +50,16 @@ impl FresnelMoments {
         masking: &Masking,
         cos_theta_o: f64,
         radial: &[Node],
-        azimuth: &[Node],
+        azimuth: &[f64],
     ) -> Self {
         if cos_theta_o.is_nan() || cos_theta_o < f64::MIN_POSITIVE {
             return Self::default();
         }
         let view = View::new(masking, cos_theta_o.min(1.0));
         let alpha2 = ndf.alpha() * ndf.alpha();
-        let to_v = |slope: f64| (slope * slope / alpha2).ln_1p();
-        let elevation = FRAC_PI_2 - view.theta;
-        let end = to_v((LARGEST_DECAY * ndf.alpha()).sqrt());
-        let whole = to_v((0.5 * elevation).tan()).min(end);
-        let none = to_v((0.5 * (FRAC_PI_2 + view.theta)).tan()).min(end);
+        let [whole, none] = view.radial_ends(ndf.alpha(), LARGEST_DECAY);
         let mut sum = Self::default();
-        for (low, high) in [(0.0, whole), (whole, none)] {
+        for (low, high) in [(0.0, whole), (whole, none)].into_iter().filter(|(a, b)| a < b) {
             for node in radial {
                 let v = low + (high - low) * node.x;
                 let tan2 = alpha2 * v.exp_m1();
@@ -91,48 +87,68 @@ impl FresnelMoments {
 }
 
 const RADIAL_NODES: usize = 48;
-const AZIMUTH_NODES: usize = 32;
+const AZIMUTH_NODES: usize = 48;
 
 /// x/α beyond which e^{−x/α} no longer counts.
 const LARGEST_DECAY: f64 = 40.0;
 
+/// cos²ψ of the nodes of the midpoint rule over ψ in [0, π/2].
+pub(super) fn azimuths(nodes: usize) -> Vec<f64> {
+    (0..nodes).map(|k| (FRAC_PI_2 * (k as f64 + 0.5) / nodes as f64).cos().powi(2)).collect()
+}
+
 /// The fixed direction of the integral, in the plane φ = 0.
-struct View {
-    cos: f64,
-    sin: f64,
-    theta: f64,
+pub(super) struct View {
+    pub(super) cos: f64,
+    pub(super) sin: f64,
     /// G1(wo)/cosθo.
-    v: f64,
+    pub(super) v: f64,
 }
 
 impl View {
-    fn new(masking: &Masking, cos: f64) -> Self {
+    pub(super) fn new(masking: &Masking, cos: f64) -> Self {
         let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
-        Self { cos, sin, theta: sin.atan2(cos), v: masking.g1(cos / sin) / cos }
+        Self { cos, sin, v: masking.g1(cos / sin) / cos }
     }
 
-    /// The integral over azimuths of the half vectors with tanθh = `slope`.
+    /// v = ln(1 + a²/α²) up to which all of a circle of half vectors is lit, and from which none
+    /// of it is: at a = tan(½(π/2−θo)) and tan(½(π/2+θo)), or where D has decayed.
+    pub(super) fn radial_ends(&self, alpha: f64, largest_decay: f64) -> [f64; 2] {
+        let largest = largest_decay * alpha;
+        let to_v = |slope: f64| ((slope * slope).min(largest) / (alpha * alpha)).ln_1p();
+        let whole = self.cos / (1.0 + self.sin);
+        [whole, whole.recip()].map(to_v)
+    }
+
+    /// The integral over azimuths of the half vectors with tanθh = a.
     ///
-    /// Nodes crowd quadratically towards the horizon, where G1(wi) rises from 0.
-    fn ring(&self, masking: &Masking, slope: f64, azimuth: &[Node]) -> FresnelMoments {
-        let bound = self.cos * (slope * slope - 1.0) / (2.0 * self.sin * slope);
-        let phi_max = if bound <= -1.0 || bound.is_nan() { PI } else { bound.min(1.0).acos() };
-        let inv_length = (1.0 + slope * slope).sqrt().recip();
-        azimuth.iter().fold(FresnelMoments::default(), |sum, node| {
-            let phi = phi_max * (1.0 - node.x * node.x);
-            let d_phi = phi_max * 2.0 * node.x * node.weight;
-            let cos_d = ((self.sin * slope * phi.cos() + self.cos) * inv_length).clamp(0.0, 1.0);
-            let cos_i = 2.0 * cos_d * inv_length - self.cos;
-            if cos_i <= 0.0 {
-                return sum;
-            }
-            let sin_i = ((1.0 - cos_i) * (1.0 + cos_i)).max(0.0).sqrt();
-            let g1_i = masking.g1(cos_i / sin_i);
-            // D cosθh dωh = slope density · dx dφ / 2, both halves of the circle: the factor 2 goes.
-            let visible = g1_i * self.v * cos_d / inv_length;
+    /// With cosφ = 1 − 2q sin²ψ, q the lit share of the circle's diameter,
+    ///
+    /// ```text
+    /// cosθi (1+a²) = b + 4a sinθo q cos²ψ,      b = max(cosθo (1−a²) − 2a sinθo, 0)
+    /// dφ = 2 √(q cos²ψ / (1 − q + q cos²ψ)) dψ,   cosθd = ½ √(1+a²) (cosθi + cosθo)
+    /// ```
+    ///
+    /// all even about both ends of ψ in [0, π/2], where the midpoint rule converges as it does on a
+    /// circle, and without cancellation towards the horizon.
+    fn ring(&self, masking: &Masking, slope: f64, azimuth: &[f64]) -> FresnelMoments {
+        let length2 = 1.0 + slope * slope;
+        let length = length2.sqrt();
+        let diameter = 4.0 * slope * self.sin;
+        let lowest = self.cos * (1.0 - slope * slope) - 0.5 * diameter;
+        let (base, lit) = if lowest < 0.0 { (0.0, 1.0 + lowest / diameter) } else { (lowest, 1.0) };
+        let sum = azimuth.iter().fold(FresnelMoments::default(), |sum, cos2_psi| {
+            let cos_i = ((base + diameter * lit * cos2_psi) / length2).min(1.0);
+            let sin_i = ((1.0 - cos_i) * (1.0 + cos_i)).sqrt();
+            let above = lit * cos2_psi;
+            let d_phi = (above / (1.0 - lit + above)).sqrt();
+            let cos_d = (0.5 * length * (cos_i + self.cos)).min(1.0);
             let schlick = (1.0 - cos_d).powi(5);
-            sum.plus(d_phi * visible, FresnelMoments { one: 1.0, schlick, cosine: cos_d })
-        })
+            let weight = d_phi * masking.g1(cos_i / sin_i) * cos_d;
+            sum.plus(weight, FresnelMoments { one: 1.0, schlick, cosine: cos_d })
+        });
+        // D cosθh dωh = slope density · dx dφ / 2, both halves of the circle: the factor 2 goes.
+        FresnelMoments::default().plus(PI / azimuth.len() as f64 * self.v * length, sum)
     }
 }
 
@@ -173,7 +189,7 @@ mod tests {
 
     #[test]
     fn more_nodes_change_nothing() {
-        let (radial, azimuth) = (gauss_legendre(160), gauss_legendre(120));
+        let (radial, azimuth) = (gauss_legendre(160), azimuths(240));
         let mut worst: f64 = 0.0;
         for entry in catalog().iter().step_by(9) {
             let params = &entry.material.channels[1];

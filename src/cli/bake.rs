@@ -10,10 +10,10 @@ use crate::cli::dressing;
 use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
-use crate::cli::selection;
+use crate::cli::selection::{self, ExtentArguments};
 use crate::encode::manifest::{Format, Location, Manifest, TextureEntry};
 use crate::encode::{exr, ktx2, png, shader};
-use crate::lut::{self, BakeError, Baked, Depth, Depths, Extent, Quantity, Request, Table};
+use crate::lut::{self, BakeError, Baked, Depth, Depths, Quantity, Request, Table};
 use crate::material::{Material, catalog};
 use crate::microfacet::masking::MaskingKind;
 use crate::scene::Scene;
@@ -42,19 +42,16 @@ pub struct Arguments {
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
     masking: MaskingKind,
-    /// The error to keep: |f_lut − f|cosθi relative to its maximum for the viewer plus f·cosθi
-    #[arg(long, value_name = "E", default_value_t = 1e-3, conflicts_with = "size")]
-    tolerance: f64,
-    /// Texels along each axis that is not a row, in place of a tolerance
-    #[arg(long, value_name = "N")]
-    size: Option<usize>,
+    #[command(flatten)]
+    extent: ExtentArguments,
     /// The file format: exr, ktx2, or png (16-bit integers: masking, fresnel and albedo only)
     #[arg(long, default_value = "exr")]
     format: Format,
     /// The texels' number format, half or float; by default the smallest that keeps the tolerance
     #[arg(long)]
     depth: Option<Depth>,
-    /// Also bake all quantities of the whole catalogue, and report the bytes that were saved
+    /// Also bake all five quantities of the whole catalogue, and report the bytes that were saved;
+    /// takes a while at small tolerances
     #[arg(long)]
     compare: bool,
     #[command(flatten)]
@@ -78,7 +75,7 @@ struct Report<'a> {
     files: Vec<FileReport<'a>>,
     texture_bytes: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
-    catalogue_texture_bytes: Option<usize>,
+    catalogue: Option<Everything>,
     rows: usize,
     measured_error: Option<f64>,
     left_out: usize,
@@ -90,17 +87,23 @@ struct FileReport<'a> {
     bytes: usize,
 }
 
-/// The quantities that f is decoded from in two dimensions.
-const FACTORS: [Quantity; 3] = [Quantity::Ndf, Quantity::Masking, Quantity::Fresnel];
+/// All quantities of the whole catalogue, at the same tolerance or size.
+#[derive(Clone, Copy, Default, Serialize)]
+struct Everything {
+    texture_bytes: usize,
+    /// The materials whose 3D table would be larger than any can be: their bytes are not counted.
+    out_of_reach: usize,
+}
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = materials(arguments)?;
     let request = request(arguments)?;
-    let bar = output.progress(steps(&materials, &request), "bake");
+    let bar = output.progress(steps(arguments, &materials), "bake");
     let step = || bar.inc(1);
-    let baked = lut::bake_with_progress(&materials.iter().collect::<Vec<_>>(), &request, &step)?;
-    let catalogue = arguments.compare.then(|| whole_catalogue(&request)).transpose()?;
+    let baked = lut::bake_with_progress(&materials.iter().collect::<Vec<_>>(), &request, &step)
+        .map_err(|error| refused(error, &request))?;
+    let catalogue = arguments.compare.then(|| everything(&request, &step)).transpose()?;
     let files = files(arguments, &materials, &baked, &step)?;
     bar.finish_and_clear();
     // All or nothing: what stands in the way is found before the first file is written.
@@ -115,10 +118,12 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     report(arguments, &files, &baked, catalogue, output)
 }
 
-/// What a bake tells its progress by: each material is sampled and fitted, and may get a 3D table.
-fn steps(materials: &[Material], request: &Request) -> u64 {
-    let tables = u64::from(request.quantities.contains(&Quantity::Brdf3d));
-    materials.len() as u64 * (2 + tables)
+/// What a bake tells its progress by: each material is sampled and fitted, and may get a 3D table;
+/// to compare, each of the catalogue is sampled and gets a 3D table.
+fn steps(arguments: &Arguments, materials: &[Material]) -> u64 {
+    let tables = usize::from(arguments.quantity.contains(&Quantity::Brdf3d));
+    let compared = if arguments.compare { 2 * catalog().len() } else { 0 };
+    (materials.len() * (2 + tables) + compared) as u64
 }
 
 /// The materials asked for, or those that a scene's meshes use.
@@ -156,18 +161,38 @@ fn request(arguments: &Arguments) -> Result<Request, Failure> {
     Ok(Request {
         quantities: arguments.quantity.clone(),
         masking: arguments.masking,
-        extent: arguments.size.map_or(Extent::Tolerance(arguments.tolerance), Extent::Size),
+        extent: arguments.extent.into(),
         depths,
     })
 }
 
-/// Bytes of the textures that hold every quantity of the whole catalogue.
-fn whole_catalogue(request: &Request) -> Result<usize, Failure> {
+/// Bakes every quantity of the whole catalogue for its bytes: the 3D tables one at a time, as
+/// together they may not fit the memory.
+fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything, Failure> {
+    let depths = match request.depths {
+        Depths::Only(Depth::Unorm16) => Depths::Smallest,
+        depths => depths,
+    };
+    let (solid, flat) = Quantity::ALL.into_iter().partition(|q| *q == Quantity::Brdf3d);
+    let flat = Request { quantities: flat, depths, ..request.clone() };
+    let solid = Request { quantities: solid, ..flat.clone() };
     let all: Vec<&Material> = catalog().iter().map(|entry| &entry.material).collect();
-    let everything = Request { quantities: FACTORS.to_vec(), ..request.clone() };
-    Ok(texture_bytes(&lut::bake(&all, &everything)?))
+    let texture_bytes = texture_bytes(&lut::bake_with_progress(&all, &flat, step)?);
+    let mut everything = Everything { texture_bytes, out_of_reach: 0 };
+    for material in all {
+        match lut::bake(&[material], &solid) {
+            Ok(baked) => everything.texture_bytes += self::texture_bytes(&baked),
+            Err(BakeError::NotReached { .. } | BakeError::Volume { .. }) => {
+                everything.out_of_reach += 1;
+            }
+            Err(error) => return Err(error.into()),
+        }
+        step();
+    }
+    Ok(everything)
 }
 
+/// Bytes of the texels of all tables.
 fn texture_bytes(baked: &Baked) -> usize {
     baked.tables.iter().map(Table::bytes).sum()
 }
@@ -223,7 +248,7 @@ fn report(
     arguments: &Arguments,
     files: &[File],
     baked: &Baked,
-    catalogue: Option<usize>,
+    catalogue: Option<Everything>,
     output: &mut Output,
 ) -> Result<(), Failure> {
     let report = Report {
@@ -231,7 +256,7 @@ fn report(
         dry_run: arguments.writing.dry_run,
         files: files.iter().map(|f| FileReport { path: &f.path, bytes: f.bytes.len() }).collect(),
         texture_bytes: texture_bytes(baked),
-        catalogue_texture_bytes: catalogue,
+        catalogue,
         rows: baked.placed.iter().filter_map(|placed| placed.row).max().map_or(0, |row| row + 1),
         measured_error: baked
             .tables
@@ -253,21 +278,35 @@ fn report(
     if let Some(error) = report.measured_error {
         output.line(format!("largest error of f measured: {error:.2e}"))?;
     }
-    if let Some(all) = catalogue {
+    if let Some(Everything { texture_bytes: all, out_of_reach }) = catalogue {
         let share = all as f64 / texture_bytes.max(1) as f64;
         output.line(format!(
-            "all quantities of the whole catalogue: {all} bytes, {share:.1} times as many"
+            "all five quantities of the whole catalogue: {all} bytes, {share:.1} times as many"
         ))?;
+        if out_of_reach > 0 {
+            output.line(format!(
+                "without {out_of_reach} materials whose 3D table would be larger than any can be"
+            ))?;
+        }
     }
     Ok(())
+}
+
+/// Where half floats are what was asked for, they may be what keeps a tolerance out of reach.
+fn refused(error: BakeError, request: &Request) -> Failure {
+    let half = request.depths == Depths::Only(Depth::Half);
+    let not_reached = matches!(error, BakeError::NotReached { .. });
+    let failure = Failure::from(error);
+    if half && not_reached {
+        return failure.help("accept a larger --tolerance, or allow --depth float");
+    }
+    failure
 }
 
 impl From<BakeError> for Failure {
     fn from(error: BakeError) -> Self {
         match error {
-            BakeError::NotReached { .. } => {
-                Self::check(error).help("accept a larger --tolerance, or allow --depth float")
-            }
+            BakeError::NotReached { .. } => Self::check(error).help("accept a larger --tolerance"),
             _ => Self::usage(error),
         }
     }

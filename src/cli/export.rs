@@ -10,7 +10,8 @@ use crate::cli::assignment::{Assigned, AssignmentArguments};
 use crate::cli::dressing::replacements;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, refuse_foreign, write_with, written_by_sgdbake};
-use crate::lut::{Depth, Depths, Extent, Quantity, Request};
+use crate::cli::selection::ExtentArguments;
+use crate::lut::{Depths, Quantity, Request};
 use crate::microfacet::masking::MaskingKind;
 use crate::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
 
@@ -40,9 +41,8 @@ pub struct Arguments {
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
     masking: MaskingKind,
-    /// Texels along each axis of a lookup texture
-    #[arg(long, value_name = "N", default_value_t = 256)]
-    size: usize,
+    #[command(flatten)]
+    extent: ExtentArguments,
     /// List the slots and what would be written, and write nothing
     #[arg(long)]
     dry_run: bool,
@@ -100,8 +100,8 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let request = Request {
         quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
         masking: arguments.masking,
-        extent: Extent::Size(arguments.size),
-        depths: Depths::Only(Depth::Half),
+        extent: arguments.extent.into(),
+        depths: Depths::Smallest,
     };
     let replacements = replacements(&assigned.materials, &request)?;
     let pairs = slots.iter().zip(&assigned.by_slot);

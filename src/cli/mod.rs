@@ -24,6 +24,8 @@ mod slice;
 mod speed_error;
 
 use std::process::ExitCode;
+#[cfg(unix)]
+use std::sync::Arc;
 
 use clap::{Parser, Subcommand};
 
@@ -90,9 +92,20 @@ pub fn main() -> ExitCode {
         // Fails only where a pool exists already, which nothing before this line builds.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
     }
+    fail_at_size_limits();
     let mut output = Output::new(cli.quiet);
     let result = run(&cli.command, &mut output).and_then(|()| output.finish());
     result.map_or_else(Failure::report, |()| ExitCode::SUCCESS)
+}
+
+/// A file that would exceed the process's size limit is a failed write, which names the file, and
+/// not the end of the process, which leaves half of it.
+fn fail_at_size_limits() {
+    #[cfg(unix)]
+    {
+        // Fails only for signals that no process may handle.
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+    }
 }
 
 fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {

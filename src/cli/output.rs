@@ -7,6 +7,7 @@ use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use tempfile::NamedTempFile;
 
 use crate::cli::failure::Failure;
 
@@ -109,14 +110,45 @@ pub fn write_with(
             .help("choose another output path, or make this one writable")
     };
     fs::create_dir_all(folder).map_err(cannot)?;
-    let mut file = tempfile::Builder::new()
-        .prefix(".sgdbake-")
-        .permissions_of_a_new_file()
-        .tempfile_in(folder)
-        .map_err(cannot)?;
+    remove_leftovers(folder);
+    let mut file = temporary_in(folder).map_err(cannot)?;
     write(file.as_file_mut()).map_err(cannot)?;
     file.persist(path).map_err(|error| cannot(error.error))?;
     Ok(())
+}
+
+/// What the name of a file starts with until it is complete.
+const UNFINISHED: &str = ".sgdbake-";
+
+/// A new file in `folder`, locked for as long as this process lives and holds it.
+fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+    loop {
+        let file = tempfile::Builder::new()
+            .prefix(UNFINISHED)
+            .permissions_of_a_new_file()
+            .tempfile_in(folder)?;
+        // A file system without locks keeps what killed runs leave, and nothing else changes.
+        let _ = file.as_file().lock();
+        // Before it was locked another run may have taken it for a leftover.
+        if file.path().exists() {
+            return Ok(file);
+        }
+    }
+}
+
+/// Removes the unfinished files of runs that were killed: those that nobody holds a lock on.
+fn remove_leftovers(folder: &Path) {
+    let unfinished = |entry: &fs::DirEntry| {
+        entry.file_name().to_string_lossy().starts_with(UNFINISHED)
+            && entry.file_type().is_ok_and(|kind| kind.is_file())
+    };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(unfinished) {
+        let file = fs::File::open(entry.path());
+        if file.is_ok_and(|file| file.try_lock().is_ok()) {
+            // Another run may be quicker; whoever cannot remove it leaves it.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Refuses to replace a file that this tool did not write, unless `force`.

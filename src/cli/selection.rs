@@ -6,8 +6,32 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use crate::cli::failure::Failure;
+use crate::lut::Extent;
 use crate::material::{Material, MaterialFileError, catalog, find, load};
 use crate::math::direction::normalised;
+
+/// How large lookup textures become.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct ExtentArguments {
+    /// The error to keep: |f_lut − f|cosθi relative to its maximum for the viewer plus f·cosθi
+    #[arg(
+        long,
+        value_name = "E",
+        default_value_t = 1e-3,
+        conflicts_with = "size",
+        allow_negative_numbers = true
+    )]
+    tolerance: f64,
+    /// Texels along each axis that is not a row, in place of a tolerance
+    #[arg(long, value_name = "N")]
+    size: Option<usize>,
+}
+
+impl From<ExtentArguments> for Extent {
+    fn from(arguments: ExtentArguments) -> Self {
+        arguments.size.map_or(Self::Tolerance(arguments.tolerance), Self::Size)
+    }
+}
 
 /// The material that `name` names: a catalogue name, or the path of a material file.
 ///

@@ -12,7 +12,8 @@
 
 use rayon::prelude::*;
 
-use crate::brdf::albedo::FresnelMoments;
+use crate::brdf::batch::albedo::AlbedoBatch;
+use crate::brdf::{ChannelBrdf, FresnelMoments};
 use crate::lut::axis::{Axis, Variable, Warp};
 use crate::lut::bake::{BakeError, Depths, WIDTHS};
 use crate::lut::budget::least;
@@ -43,7 +44,7 @@ impl Checks {
         let axis = axis(rows);
         let moments = (0..rows.len())
             .into_par_iter()
-            .map(|row| u.iter().map(|u| moments(&rows[row], &axis, row, *u)).collect())
+            .map(|row| moments(&rows[row], &cosines(&axis, row, u.iter().copied()), Rule::Exact))
             .collect();
         Self { u, moments }
     }
@@ -80,7 +81,7 @@ pub fn smallest(
     depths: Depths,
 ) -> Result<Table, BakeError> {
     const REFERENCE_WIDTH: usize = 33;
-    let reference = checks.measure(&tabulate(rows, REFERENCE_WIDTH, Depth::Float));
+    let reference = checks.measure(&filled(rows, REFERENCE_WIDTH, Depth::Float, Rule::Quick));
     let expected = 1.0 + (REFERENCE_WIDTH - 1) as f64 * (reference / tolerance).sqrt();
     let mut best = f64::INFINITY;
     for depth in depths.candidates() {
@@ -101,17 +102,17 @@ pub fn smallest(
 /// The albedo table of all rows, `width` texels along cosθo.
 #[must_use]
 pub fn tabulate(rows: &[Row], width: usize, depth: Depth) -> Table {
+    filled(rows, width, depth, Rule::of(depth))
+}
+
+fn filled(rows: &[Row], width: usize, depth: Depth, rule: Rule) -> Table {
     let axis = axis(rows);
-    let at = |i: usize| {
-        moments(&rows[i / width], &axis, i / width, (i % width) as f64 / (width - 1) as f64)
+    let columns = || (0..width).map(|i| i as f64 / (width - 1) as f64);
+    let lines = |(index, row)| {
+        let columns = moments(row, &cosines(&axis, index, columns()), rule);
+        (0..TERMS).flat_map(move |term| columns.clone().into_iter().map(move |c| c[term]))
     };
-    let moments: Vec<_> = (0..rows.len() * width).into_par_iter().map(at).collect();
-    let texels: Vec<[f64; 3]> = (0..TERMS * rows.len() * width)
-        .map(|i| {
-            let (line, column) = (i / width, i % width);
-            moments[line / TERMS * width + column][line % TERMS]
-        })
-        .collect();
+    let texels: Vec<[f64; 3]> = rows.par_iter().enumerate().flat_map_iter(lines).collect();
     let thrice = |scale: &Vec<f64>| scale.iter().flat_map(|s| [*s; TERMS]).collect();
     let warp = match &axis {
         Warp::Log1p { scale, max } => Warp::Log1p { scale: thrice(scale), max: thrice(max) },
@@ -134,13 +135,48 @@ fn axis(rows: &[Row]) -> Warp {
     Warp::Log1p { scale: rows.iter().map(masking_scale).collect(), max: vec![1.0; rows.len()] }
 }
 
-/// The three moments at a coordinate of a row, per channel.
-fn moments(row: &Row, axis: &Warp, index: usize, u: f64) -> [[f64; 3]; TERMS] {
-    let cos_theta_o = axis.variable(index, u).clamp(GRAZING, 1.0);
-    let moments = row.lobes.each_ref().map(|lobe| {
-        lobe.as_ref().map_or_else(FresnelMoments::default, |lobe| {
-            FresnelMoments::new(&lobe.ndf, &lobe.masking, cos_theta_o)
-        })
-    });
-    [moments.map(|m| m.one), moments.map(|m| m.schlick), moments.map(|m| m.cosine)]
+/// How the moments of a texel are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Rule {
+    /// [`FresnelMoments`].
+    Exact,
+    /// [`AlbedoBatch`], for half floats: its error is below their rounding.
+    Quick,
+}
+
+impl Rule {
+    fn of(depth: Depth) -> Self {
+        match depth {
+            Depth::Half => Self::Quick,
+            Depth::Unorm16 | Depth::Float => Self::Exact,
+        }
+    }
+
+    /// The moments of a lobe at each cosθo.
+    fn moments(self, lobe: &ChannelBrdf, cosines: &[f64]) -> Vec<FresnelMoments> {
+        let exact = |cos: &f64| FresnelMoments::new(&lobe.ndf, &lobe.masking, *cos);
+        match self {
+            Self::Exact => cosines.par_iter().map(exact).collect(),
+            Self::Quick => AlbedoBatch::new(&lobe.ndf, &lobe.masking).moments(cosines),
+        }
+    }
+}
+
+/// cosθo at coordinates of a row.
+fn cosines(axis: &Warp, row: usize, u: impl Iterator<Item = f64>) -> Vec<f64> {
+    u.map(|u| axis.variable(row, u).clamp(GRAZING, 1.0)).collect()
+}
+
+/// The three moments of a row at each cosθo, per channel.
+fn moments(row: &Row, cosines: &[f64], rule: Rule) -> Vec<[[f64; 3]; TERMS]> {
+    let absent = || vec![FresnelMoments::default(); cosines.len()];
+    let of_lobe = |lobe: &Option<ChannelBrdf>| {
+        lobe.as_ref().map_or_else(absent, |lobe| rule.moments(lobe, cosines))
+    };
+    let channels: Vec<Vec<FresnelMoments>> = row.lobes.par_iter().map(of_lobe).collect();
+    let at = |i: usize| {
+        let moments: [FresnelMoments; 3] = std::array::from_fn(|c| channels[c][i]);
+        [moments.map(|m| m.one), moments.map(|m| m.schlick), moments.map(|m| m.cosine)]
+    };
+    (0..cosines.len()).map(at).collect()
 }

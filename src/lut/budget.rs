@@ -123,8 +123,9 @@ fn bound(subjects: &[Subject], rows: &[Row], terms: &[Term], tables: &[Table]) -
 /// The largest error of f measured over all subjects.
 #[must_use]
 pub fn measure(subjects: &[Subject], tables: &[Table], filters: &[Filter]) -> f64 {
+    let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
     let of_subject = |subject: &Subject| {
-        filters.iter().map(|filter| subject.error(tables, *filter)).fold(0.0, f64::max)
+        filters.iter().map(|filter| subject.error(&tables, *filter)).fold(0.0, f64::max)
     };
     subjects.par_iter().map(of_subject).reduce(|| 0.0, f64::max)
 }

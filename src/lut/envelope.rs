@@ -50,18 +50,19 @@ fn cell_error(term: Term, table: &Table, rows: &[Row], row: usize, cell: usize) 
         let (Some(lobe), Some(warp)) = (&rows[row].lobes[c], &table.axes[0].warp) else {
             return 0.0;
         };
-        let error_at = |within: f32| {
+        // How far a decoded texel lies below and above the exact one.
+        let span = |[lowest, highest]: [f64; 2], within: f32| {
             let u = (cell as f64 + f64::from(within)) / cells as f64;
             let exact = term.texel(lobe, warp, row, u);
-            let off = |shift: f32| {
-                let decoded = f64::from(a[c] + (b[c] - a[c]) * (within + shift));
-                match table.encoding {
-                    Encoding::Identity | Encoding::Times { .. } => (decoded - exact).abs(),
-                    Encoding::ExpTimes { .. } => (decoded - exact).exp_m1().abs(),
-                }
-            };
-            off(-WEIGHT_ERROR).max(off(0.0)).max(off(WEIGHT_ERROR))
+            let off = [-WEIGHT_ERROR, 0.0, WEIGHT_ERROR]
+                .map(|shift| f64::from(a[c] + (b[c] - a[c]) * (within + shift)) - exact);
+            [off.into_iter().fold(lowest, f64::min), off.into_iter().fold(highest, f64::max)]
         };
-        WITHIN_CELL.into_iter().map(error_at).fold(0.0, f64::max) as f32
+        let [below, above] = WITHIN_CELL.into_iter().fold([0.0, 0.0], span);
+        let error = match table.encoding {
+            Encoding::Identity | Encoding::Times { .. } => above.max(-below),
+            Encoding::ExpTimes { .. } => above.exp_m1().max(-below.exp_m1()),
+        };
+        error as f32
     })
 }

@@ -211,6 +211,13 @@ impl Table {
         mix(plane(0), plane(1), k.1)
     }
 
+    /// The same texels as single floats, for many fetches.
+    #[must_use]
+    pub fn widened(&self) -> Self {
+        let texels = (0..self.texels.len()).map(|i| self.texels.get(i)).collect();
+        Self { texels: Texels::Float(texels), ..self.clone() }
+    }
+
     /// The coordinate of `x` on an axis.
     #[must_use]
     pub fn coordinate(&self, axis: usize, row: usize, x: f64) -> f32 {

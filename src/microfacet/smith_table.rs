@@ -1,8 +1,8 @@
 //! Smith's G1 as a table: polynomials on every scale that a mixture of Beckmann lobes has.
 
-use std::f64::consts::PI;
+use nalgebra::SVector;
 
-use nalgebra::{SMatrix, SVector};
+use crate::math::chebyshev::{interpolation, nodes};
 
 /// Coefficients of a piece.
 const ORDER: usize = 8;
@@ -41,13 +41,13 @@ impl SmithTable {
         let end = number(HIGH * widest).max(first) + 1;
         let border = |number: u64| f64::from_bits(number << PLACE_BITS);
         let start = border(first);
-        let fit = interpolation();
+        let fit = interpolation::<ORDER>();
         let piece = |low: f64, high: f64| -> [f64; ORDER] {
             let value = |v: f64| {
                 let cot = 0.5 * ((high + low) + (high - low) * v);
                 g1(cot) / cot
             };
-            (fit * SVector::from(chebyshev_nodes().map(value))).into()
+            (fit * SVector::from(nodes().map(value))).into()
         };
         let octaves = (first..end).map(|number| piece(border(number), border(number + 1)));
         Self { first, start, pieces: std::iter::once(piece(0.0, start)).chain(octaves).collect() }
@@ -68,19 +68,6 @@ impl SmithTable {
         let ratio = coefficients.iter().rev().fold(0.0, |sum, c| sum * v + c);
         (ratio * cot_theta).min(1.0)
     }
-}
-
-/// Chebyshev's nodes on [−1, 1].
-fn chebyshev_nodes() -> [f64; ORDER] {
-    std::array::from_fn(|k| (PI * (k as f64 + 0.5) / ORDER as f64).cos())
-}
-
-/// From values at the nodes to the coefficients of the polynomial through them.
-fn interpolation() -> SMatrix<f64, ORDER, ORDER> {
-    let nodes = chebyshev_nodes();
-    SMatrix::<f64, ORDER, ORDER>::from_fn(|row, power| nodes[row].powi(power as i32))
-        .try_inverse()
-        .expect("the Vandermonde matrix of distinct nodes is regular")
 }
 
 #[cfg(test)]

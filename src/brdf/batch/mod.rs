@@ -5,6 +5,7 @@
 //! at run time. Results on one instruction set do not depend on a pair's place in its slice or on
 //! the slice's length.
 
+pub mod albedo;
 pub mod arithmetic;
 pub mod masking;
 
@@ -12,6 +13,8 @@ mod kernel;
 
 use glam::Vec3;
 
+use crate::brdf::albedo::FresnelMoments;
+use crate::brdf::batch::albedo::AlbedoBatch;
 use crate::brdf::batch::arithmetic::{Fused, Separate};
 use crate::brdf::batch::kernel::ChannelConstants;
 use crate::brdf::batch::masking::{BatchMaskings, FittedG1, TabulatedG1};
@@ -158,20 +161,20 @@ impl SgdBatch {
         if let Some(found) = lengths.find(|length| *length != expected) {
             return Err(LengthMismatch { expected, found });
         }
-        dispatch::eval(self, pairs, out);
+        dispatch::eval(self.set, self, pairs, out);
         Ok(())
     }
 
     /// Every factor of f for one pair, with the bits of [`Self::eval`].
     #[must_use]
     pub fn terms(&self, wi: Vec3, wo: Vec3) -> [Terms; 3] {
-        dispatch::pair(self, wi, wo)
+        dispatch::pair(self.set, self, wi, wo)
     }
 
     /// The factors against one angle θ with the given cosine and sine ≥ 0; Λ = 1/G1 − 1 in f32.
     #[must_use]
     pub fn factors(&self, cos_theta: f32, sin_theta: f32) -> [Factors; 3] {
-        dispatch::factors(self, cos_theta, sin_theta)
+        dispatch::factors(self.set, self, cos_theta, sin_theta)
     }
 }
 
@@ -183,43 +186,39 @@ impl SgdBatch {
 mod dispatch {
     use super::*;
 
-    /// One function per instruction set, and one that calls the right one.
+    /// One function per instruction set, and one that calls the right one. The body is compiled
+    /// for each, with the arithmetic that it has.
     macro_rules! per_instruction_set {
-        ($name:ident: $kernel:ident($($argument:ident: $type:ty),*) -> $output:ty) => {
-            pub fn $name(batch: &SgdBatch, $($argument: $type),*) -> $output {
+        ($name:ident<$arithmetic:ident; baseline $baseline:ty>
+         ($($argument:ident: $type:ty),*) -> $output:ty $body:block) => {
+            pub fn $name(set: InstructionSet, $($argument: $type),*) -> $output {
                 #[cfg(target_arch = "x86_64")]
                 #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,fma")]
-                fn avx512(batch: &SgdBatch, $($argument: $type),*) -> $output {
-                    match &batch.maskings {
-                        BatchMaskings::Exact(m) => kernel::$kernel::<Fused, _>(&batch.channels, m, $($argument),*),
-                        BatchMaskings::Fitted(m) => kernel::$kernel::<Fused, _>(&batch.channels, m, $($argument),*),
-                    }
+                fn avx512($($argument: $type),*) -> $output {
+                    type $arithmetic = Fused;
+                    $body
                 }
 
                 #[cfg(target_arch = "x86_64")]
                 #[target_feature(enable = "avx2,fma")]
-                fn avx2(batch: &SgdBatch, $($argument: $type),*) -> $output {
-                    match &batch.maskings {
-                        BatchMaskings::Exact(m) => kernel::$kernel::<Fused, _>(&batch.channels, m, $($argument),*),
-                        BatchMaskings::Fitted(m) => kernel::$kernel::<Fused, _>(&batch.channels, m, $($argument),*),
-                    }
+                fn avx2($($argument: $type),*) -> $output {
+                    type $arithmetic = Fused;
+                    $body
                 }
 
-                fn baseline(batch: &SgdBatch, $($argument: $type),*) -> $output {
-                    match &batch.maskings {
-                        BatchMaskings::Exact(m) => kernel::$kernel::<Baseline, _>(&batch.channels, m, $($argument),*),
-                        BatchMaskings::Fitted(m) => kernel::$kernel::<Baseline, _>(&batch.channels, m, $($argument),*),
-                    }
+                fn baseline($($argument: $type),*) -> $output {
+                    type $arithmetic = $baseline;
+                    $body
                 }
 
-                match batch.set {
-                    // SAFETY: a batch holds only sets that this machine was found to have.
+                match set {
+                    // SAFETY: an evaluator holds only a set that this machine was found to have.
                     #[cfg(target_arch = "x86_64")]
-                    InstructionSet::Avx512 => unsafe { avx512(batch, $($argument),*) },
+                    InstructionSet::Avx512 => unsafe { avx512($($argument),*) },
                     // SAFETY: as above.
                     #[cfg(target_arch = "x86_64")]
-                    InstructionSet::Avx2 => unsafe { avx2(batch, $($argument),*) },
-                    _ => baseline(batch, $($argument),*),
+                    InstructionSet::Avx2 => unsafe { avx2($($argument),*) },
+                    _ => baseline($($argument),*),
                 }
             }
         };
@@ -231,7 +230,27 @@ mod dispatch {
     #[cfg(not(target_arch = "aarch64"))]
     type Baseline = Separate;
 
-    per_instruction_set!(eval: eval(pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> ());
-    per_instruction_set!(pair: pair(wi: Vec3, wo: Vec3) -> [Terms; 3]);
-    per_instruction_set!(factors: factors(cos_theta: f32, sin_theta: f32) -> [Factors; 3]);
+    per_instruction_set!(eval<A; baseline Baseline>
+    (batch: &SgdBatch, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> () {
+        match &batch.maskings {
+            BatchMaskings::Exact(m) => kernel::eval::<A, _>(&batch.channels, m, pairs, out),
+            BatchMaskings::Fitted(m) => kernel::eval::<A, _>(&batch.channels, m, pairs, out),
+        }
+    });
+    per_instruction_set!(pair<A; baseline Baseline>
+    (batch: &SgdBatch, wi: Vec3, wo: Vec3) -> [Terms; 3] {
+        match &batch.maskings {
+            BatchMaskings::Exact(m) => kernel::pair::<A, _>(&batch.channels, m, wi, wo),
+            BatchMaskings::Fitted(m) => kernel::pair::<A, _>(&batch.channels, m, wi, wo),
+        }
+    });
+    per_instruction_set!(factors<A; baseline Baseline>
+    (batch: &SgdBatch, cos: f32, sin: f32) -> [Factors; 3] {
+        match &batch.maskings {
+            BatchMaskings::Exact(m) => kernel::factors::<A, _>(&batch.channels, m, cos, sin),
+            BatchMaskings::Fitted(m) => kernel::factors::<A, _>(&batch.channels, m, cos, sin),
+        }
+    });
+    per_instruction_set!(moments<A; baseline Fused>
+        (lobe: &AlbedoBatch, cos_theta_o: f64) -> FresnelMoments { lobe.at::<A>(cos_theta_o) });
 }
