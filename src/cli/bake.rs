@@ -285,7 +285,7 @@ fn report(
         ))?;
         if out_of_reach > 0 {
             output.line(format!(
-                "without {out_of_reach} materials whose 3D table would be larger than any can be"
+                "not counted: 3D tables larger than any can be, of {out_of_reach} of its materials"
             ))?;
         }
     }
