@@ -57,11 +57,11 @@ fn a_killed_run_leaves_no_half_file_and_the_next_one_cleans_up() {
     assert!(bake(&whole).status().unwrap().success());
     let (duration, whole) = (start.elapsed(), files(&whole));
     let (mut killed, mut unfinished) = (0, 0);
-    for run in 0..16 {
+    for run in 0..8 {
         let out = folder.path().join(run.to_string());
         let mut child = bake(&out).spawn().unwrap();
         // Most kills fall into the second half, where files are written.
-        std::thread::sleep(duration.mul_f64(0.4 + 0.04 * f64::from(run)));
+        std::thread::sleep(duration.mul_f64(0.4 + 0.08 * f64::from(run)));
         child.kill().unwrap();
         killed += i32::from(!child.wait().unwrap().success());
         let left = files(&out);
