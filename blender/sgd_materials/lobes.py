@@ -68,9 +68,9 @@ def losses(description):
     elif len(given) > kept:
         lost = sum(given[kept:]) / sum(given)
         sentences.append(f"{len(given) - kept} of {len(given)} lobes left out: {lost:.1e} of the reflection")
-    narrow = [alpha for alpha in description["lobes"]["alpha"] if alpha < MIN_ALPHA]
+    narrow = sum(alpha < MIN_ALPHA for alpha in description["lobes"]["alpha"])
     if narrow:
-        sentences.append(f"{len(narrow)} lobes widened to Cycles' smallest width {MIN_ALPHA:g}")
+        sentences.append(f"Narrower than Cycles can show: {narrow} of {len(given)} lobes, widened to {MIN_ALPHA:g}")
     outside = [name for name, curve in zip(CHANNELS, curves(description)) if fresnel.leaves_range(*curve)]
     if outside:
         sentences.append(f"Fresnel leaves [0, 1] in {', '.join(outside)}: shown as published, with more noise")
