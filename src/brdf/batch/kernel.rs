@@ -138,8 +138,18 @@ fn terms<A: Arithmetic, M: BatchMasking>(
     let specular = channel.specular * fresnel * ndf * (v_i * v_o);
     let specular = max(min(specular, f32::MAX), -f32::MAX);
     let brdf = channel.diffuse + specular;
-    [ndf, g1_i, g1_o, fresnel, specular, channel.diffuse, brdf]
-        .map(|term| if shared.visible { term } else { 0.0 })
+    // Not mapped: what an array's map becomes stops the loop around it from being vectorised, or
+    // does not, as the rest of the crate is compiled.
+    let shown = |term: f32| if shared.visible { term } else { 0.0 };
+    [
+        shown(ndf),
+        shown(g1_i),
+        shown(g1_o),
+        shown(fresnel),
+        shown(specular),
+        shown(channel.diffuse),
+        shown(brdf),
+    ]
 }
 
 /// [`Shared`] for a block of pairs, array by array.
@@ -205,8 +215,7 @@ pub fn eval<A: Arithmetic, M: BatchMasking>(
     let length = pairs.wi[0].len();
     for start in (0..length).step_by(BLOCK) {
         let count = BLOCK.min(length - start);
-        let wi = pairs.wi.map(|component| load(component, start, count));
-        let wo = pairs.wo.map(|component| load(component, start, count));
+        let [wi, wo] = [load(pairs.wi, start, count), load(pairs.wo, start, count)];
         let shared = SharedBlock::new::<A, M>(&wi, &wo);
         for (c, out) in out.0.iter_mut().enumerate() {
             let mut values = [0.0; BLOCK];
@@ -219,9 +228,11 @@ pub fn eval<A: Arithmetic, M: BatchMasking>(
 }
 
 #[inline(always)]
-fn load(component: &[f32], start: usize, count: usize) -> Lanes {
-    let mut lanes = [0.0; BLOCK];
-    lanes[..count].copy_from_slice(&component[start..start + count]);
+fn load(components: [&[f32]; 3], start: usize, count: usize) -> [Lanes; 3] {
+    let mut lanes = [[0.0; BLOCK]; 3];
+    for (lanes, component) in lanes.iter_mut().zip(components) {
+        lanes[..count].copy_from_slice(&component[start..start + count]);
+    }
     lanes
 }
 
