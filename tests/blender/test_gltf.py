@@ -96,10 +96,24 @@ def triangles(objects):
     return sum(len(thing.data.loop_triangles) for thing in objects)
 
 
+def readable(path):
+    """Whether this Blender reads a scene; without its Draco library (pip's 4.2) not every one."""
+    try:
+        stage.load_objects(path)
+    except RuntimeError as error:
+        assert "draco" in str(error).lower()
+        return False
+    finally:
+        stage.clear()
+    return True
+
+
 @pytest.mark.skipif(not SCENES, reason=f"no scenes in {MODELS}")
 @pytest.mark.parametrize("ending", ["glb", "gltf"])
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.name)
 def test_every_exported_scene_loads_with_its_material(scene, library, path, ending, tmp_path):
+    if path.suffix != ".obj" and not readable(path):
+        pytest.skip("this Blender has no Draco library")
     exported = tmp_path / f"scene.{ending}"
     subprocess.run([library.binary, "--quiet", "export", path, "--assign", "*=gold-paint", "-o", exported], check=True)
     inspected = subprocess.run([library.binary, "inspect", exported, "--json"], check=True, stdout=subprocess.PIPE)
