@@ -51,8 +51,8 @@ fn volume_256_as_exr(bencher: Bencher<'_, '_>) {
     bencher.bench(|| exr::encode(black_box(&table), "brdf3d-0.exr"));
 }
 
-/// 43 materials, three moments each, at 128 angles: 129 × 128 texels of three channels, from up to
-/// 1024 half vectors each. One thread.
+/// 43 materials, three moments each, at 128 angles: 129 × 128 texels of three channels, from at
+/// most 768 half vectors each. One thread.
 #[divan::bench(sample_count = 10, sample_size = 1)]
 fn albedo_128(bencher: Bencher<'_, '_>) {
     let rows: Vec<Row> = catalog().iter().take(43).map(|entry| row(&entry.material.name)).collect();
