@@ -17,14 +17,14 @@ fn targets() -> Vec<Target> {
 }
 
 /// What the fits of one material share.
-#[divan::bench]
+#[divan::bench(sample_count = 3, sample_size = 1)]
 fn target() {
     for entry in catalog() {
         black_box(Target::new(&entry.material));
     }
 }
 
-#[divan::bench(args = [Distribution::Beckmann, Distribution::Ggx])]
+#[divan::bench(args = [Distribution::Beckmann, Distribution::Ggx], sample_count = 3, sample_size = 1)]
 fn one_lobe_fit(bencher: Bencher<'_, '_>, distribution: Distribution) {
     let targets = targets();
     bencher.bench(|| {
@@ -34,7 +34,7 @@ fn one_lobe_fit(bencher: Bencher<'_, '_>, distribution: Distribution) {
     });
 }
 
-#[divan::bench(args = [1, 2, 4, 8])]
+#[divan::bench(args = [1, 2, 4, 8], sample_count = 3, sample_size = 1)]
 fn lobes_fit(bencher: Bencher<'_, '_>, count: usize) {
     let targets = targets();
     bencher.bench(|| {
@@ -44,7 +44,15 @@ fn lobes_fit(bencher: Bencher<'_, '_>, count: usize) {
     });
 }
 
-#[divan::bench]
+/// The lobes that a manifest or a scene carries, as many as each material needs.
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn lobes_for_picture() {
+    for entry in catalog() {
+        black_box(lobes::for_picture(&entry.material));
+    }
+}
+
+#[divan::bench(sample_count = 3, sample_size = 1)]
 fn gltf_fit(bencher: Bencher<'_, '_>) {
     let targets = targets();
     bencher.bench(|| {
@@ -55,7 +63,7 @@ fn gltf_fit(bencher: Bencher<'_, '_>) {
 }
 
 /// Every model of every material on all cores: what `sgdbake fit --all` computes before it draws.
-#[divan::bench]
+#[divan::bench(sample_count = 3, sample_size = 1)]
 fn all_models_in_parallel() {
     catalog().par_iter().for_each(|entry| {
         let target = Target::new(&entry.material);
