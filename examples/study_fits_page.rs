@@ -15,7 +15,8 @@ use sgdbake::material::{Channel, Material, catalog, find};
 use sgdbake::microfacet::SgdNdf;
 use sgdbake::microfacet::masking::MaskingKind;
 use sgdbake::preview::ball::{KEY_LIGHT, under_sun};
-use sgdbake::report::chart::{Axis, Chart, Curve, Key, Page, Shown};
+use sgdbake::report::axis::Axis;
+use sgdbake::report::chart::{Chart, Curve, Key, Page, Shown};
 use sgdbake::report::sheet_page::STYLE;
 
 const MODELS: [&str; 6] = ["Beckmann", "GGX", "glTF", "2 lobes", "4 lobes", "8 lobes"];

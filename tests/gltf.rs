@@ -388,7 +388,7 @@ fn files_that_extensions_name_travel_with_the_scene() {
     };
     let plain = json!({
         "asset": {"version": "2.0"},
-        "materials": [{"name": "a"}, {"name": "b"}],
+        "materials": [{"name": "a"}, {"name": "b"}, {"extensions": {EXTENSION: {"version": 1}}}],
         "extensions": {"MADE_up": {"uri": "made%20up.dat", "more": [{"uri": "absent.dat"}, {"uri": "https://a.b/c"}, {"uri": "../out"}]}},
     });
     fs::write(at("plain.gltf"), plain.to_string()).unwrap();
@@ -423,6 +423,7 @@ fn files_that_extensions_name_travel_with_the_scene() {
         assert_eq!(&bin[start..][..view["byteLength"].as_u64().unwrap() as usize], bytes);
     }
     assert_eq!(after["extensions"], plain["extensions"]);
+    assert_eq!(after["materials"][2], plain["materials"][2], "it has no textures to embed");
     assert_eq!(fs::read_dir(at("three")).unwrap().count(), 2);
 }
 

@@ -74,7 +74,7 @@ struct Report<'a> {
     dry_run: bool,
     files: Vec<FileReport<'a>>,
     texture_bytes: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(flatten)]
     catalogue: Option<Everything>,
     rows: usize,
     measured_error: Option<f64>,
@@ -90,8 +90,10 @@ struct FileReport<'a> {
 /// All quantities of the whole catalogue, at the same tolerance or size.
 #[derive(Clone, Copy, Default, Serialize)]
 struct Everything {
+    #[serde(rename = "catalogue_texture_bytes")]
     texture_bytes: usize,
     /// The materials whose 3D table would be larger than any can be: their bytes are not counted.
+    #[serde(rename = "catalogue_out_of_reach")]
     out_of_reach: usize,
 }
 

@@ -3,6 +3,7 @@
 
 pub mod audit;
 pub mod audit_page;
+pub mod axis;
 pub mod chart;
 pub mod deviation;
 pub mod front;

@@ -7,7 +7,8 @@ use crate::material::Channel;
 use crate::math::direction::{cos_sin_degrees, spherical};
 use crate::microfacet::Masking;
 use crate::microfacet::masking::{FittedMasking, MaskingKind};
-use crate::report::chart::{Axis, Chart, Curve};
+use crate::report::axis::Axis;
+use crate::report::chart::{Chart, Curve};
 use crate::report::polar::{Lobe, Polar};
 use crate::report::sheet::Sheet;
 

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::encode::GENERATOR;
-use crate::report::chart::{Axis, Chart, Curve, Key, Mark, Shown};
+use crate::report::axis::Axis;
+use crate::report::chart::{Chart, Curve, Key, Mark, Shown};
 use crate::report::front::RULE;
 use crate::report::machine::Machine;
 use crate::report::sheet_page::STYLE;

@@ -15,7 +15,7 @@ use super::{
     Attachment, Bytes, Container, Replacement, Scene, SceneError, SlotId, Source,
     draft::{Draft, data_uri},
     glb,
-    material::{self, CLEARCOAT, EXTENSION, SPECULAR},
+    material::{self, CLEARCOAT, EXTENSION, SPECULAR, lookup_uris},
     prune::replaced,
     resource::{Resource, percent_encode},
     text::{Pieces, quote},
@@ -225,9 +225,10 @@ impl Job<'_> {
                 Err(problem) => self.warnings.push(problem.to_string()),
             }
         }
-        let kept: Vec<usize> = self.scene.measured().map(|(index, _)| index).collect();
-        for index in kept.into_iter().filter(|index| !replaced.contains(index)) {
-            self.draft.edit("materials", index, |raw| material::embedded(raw, &places))?;
+        for (index, body) in self.scene.measured().filter(|(index, _)| !replaced.contains(index)) {
+            if lookup_uris(body).any(|uri| places.contains_key(uri)) {
+                self.draft.edit("materials", index, |raw| material::embedded(raw, &places))?;
+            }
         }
         Ok(())
     }

@@ -54,6 +54,12 @@ pub(super) fn replace(
     Ok(material.to_text())
 }
 
+/// The addresses of the textures in the extension's body.
+pub(super) fn lookup_uris(body: &Value) -> impl Iterator<Item = &str> {
+    let textures = body["textures"].as_array().into_iter().flatten();
+    textures.filter_map(|texture| texture["uri"].as_str())
+}
+
 /// The text of the material `raw`, its lookup textures at these addresses in these buffer views,
 /// of these media types.
 pub(super) fn embedded(
@@ -67,7 +73,7 @@ pub(super) fn embedded(
     for index in 0..textures.len() {
         let raw = textures.item(index).unwrap_or("{}").to_owned();
         let mut texture = Pieces::object(&raw)?;
-        let uri: Option<String> = texture.get("uri").map(serde_json::from_str).transpose()?;
+        let uri = texture.get("uri").and_then(|raw| serde_json::from_str::<String>(raw).ok());
         let Some((view, mime)) = uri.and_then(|uri| views.get(&*uri)) else { continue };
         texture.remove("uri");
         texture.set("bufferView", view.to_string());

@@ -247,8 +247,7 @@ impl Scene {
     /// The addresses of lookup textures in materials that are not replaced.
     fn lookups(&self, replaced: &BTreeSet<usize>) -> BTreeSet<&str> {
         let kept = self.measured().filter(|(index, _)| !replaced.contains(index));
-        let textures = kept.filter_map(|(_, body)| body["textures"].as_array()).flatten();
-        textures.filter_map(|texture| texture["uri"].as_str()).collect()
+        kept.flat_map(|(_, body)| material::lookup_uris(body)).collect()
     }
 
     /// Where relative addresses start.
