@@ -12,6 +12,7 @@ pub mod quantity;
 pub mod row;
 pub mod table;
 pub mod term;
+pub mod visibility;
 pub mod volume;
 
 pub use axis::{Axis, Variable, Warp};

@@ -24,6 +24,36 @@ pub fn interpolation<const N: usize>() -> SMatrix<f64, N, N> {
         .expect("the Vandermonde matrix of distinct nodes is regular")
 }
 
+/// The coefficients a of Σ a_j T_j through values at the nodes.
+#[must_use]
+pub fn series<const N: usize>(values: [f64; N]) -> [f64; N] {
+    let angle = |j: usize, k: usize| PI * j as f64 * (k as f64 + 0.5) / N as f64;
+    std::array::from_fn(|j| {
+        let sum: f64 = (0..N).map(|k| values[k] * angle(j, k).cos()).sum();
+        if j == 0 { sum / N as f64 } else { 2.0 * sum / N as f64 }
+    })
+}
+
+/// Σ a_j T_j as coefficients of powers, lowest first: T_j+1 = 2x T_j − T_j−1.
+#[must_use]
+pub fn powers(series: &[f64]) -> Vec<f64> {
+    let n = series.len();
+    let (mut before, mut now) = (vec![0.0; n], vec![0.0; n]);
+    let mut powers = vec![0.0; n];
+    for (j, a) in series.iter().enumerate() {
+        let next = |k: usize| match (j, k) {
+            (0, _) => f64::from(k == 0),
+            (1, _) => f64::from(k == 1),
+            (_, 0) => -before[0],
+            _ => 2.0 * now[k - 1] - before[k],
+        };
+        let next: Vec<f64> = (0..n).map(next).collect();
+        powers.iter_mut().zip(&next).for_each(|(power, t)| *power += a * t);
+        (before, now) = (now, next);
+    }
+    powers
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::SVector;
@@ -35,6 +65,10 @@ mod tests {
         let cubic = |x: f64| 1.0 - 2.0 * x + 0.5 * x.powi(3);
         let values = SVector::from(nodes::<6>().map(cubic));
         let coefficients = interpolation::<6>() * values;
+        for (found, expected) in powers(&series(nodes::<6>().map(cubic))).iter().zip(&coefficients)
+        {
+            assert!((found - expected).abs() < 1e-14, "{coefficients}");
+        }
         for (found, expected) in coefficients.iter().zip([1.0, -2.0, 0.0, 0.5, 0.0, 0.0]) {
             assert!((found - expected).abs() < 1e-14, "{coefficients}");
         }

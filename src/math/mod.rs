@@ -1,9 +1,12 @@
-//! Pure numerics: special functions, polynomials, quadrature rules and directions, with no physics in them.
+//! Pure numerics: special functions, polynomials, quadrature rules, directions and vector arithmetic, with
+//! no physics in them.
 
+pub mod arithmetic;
 pub mod box_least_squares;
 pub mod chebyshev;
 pub mod direction;
 pub mod exponential_integral;
+pub mod instruction_set;
 pub mod quadrature;
 
 pub use errorfunctions::RealErrorFunctions;

@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use crate::brdf::albedo::{FresnelMoments, View, azimuths};
 use crate::brdf::batch::InstructionSet;
-use crate::brdf::batch::arithmetic::{Arithmetic, exp_m1, exp2, max, min};
 use crate::brdf::batch::dispatch;
+use crate::math::arithmetic::{Arithmetic, exp_m1, exp2, max, min};
 use crate::math::chebyshev::{interpolation, nodes};
 use crate::math::quadrature::gauss_legendre;
 use crate::microfacet::{Masking, SgdNdf};
@@ -233,6 +233,8 @@ impl<const N: usize> Rings<N> {
     }
 }
 
+static INTERPOLATION: LazyLock<SMatrix<f64, ORDER, ORDER>> = LazyLock::new(interpolation);
+
 /// G1 of a lobe as one polynomial: G1 = u·P(u) in u = c/(c + s), c the lesser of cosθ and where
 /// masking ends.
 ///
@@ -270,7 +272,7 @@ impl PolynomialG1 {
             let cos = (scale * u / (1.0 - u)).max(GRAZING);
             g1(cos) * (cos + scale) / cos
         };
-        let coefficients = interpolation::<ORDER>() * SVector::from(nodes().map(value));
+        let coefficients = *INTERPOLATION * SVector::from(nodes().map(value));
         Self {
             scale: scale as f32,
             end: end as f32,

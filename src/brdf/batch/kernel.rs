@@ -5,11 +5,11 @@ use std::f64::consts::{FRAC_1_PI, LOG2_E};
 
 use glam::Vec3;
 
-use crate::brdf::batch::arithmetic::{Arithmetic, exp2, log2, max, min};
 use crate::brdf::batch::masking::BatchMasking;
 use crate::brdf::batch::{Pairs, RgbMut};
 use crate::brdf::eval::{Factors, Terms};
 use crate::material::ChannelParams;
+use crate::math::arithmetic::{Arithmetic, exp2, log2, max, min};
 use crate::microfacet::SgdNdf;
 
 /// Pairs that go through the formula together; every block is full, the last one padded, so a

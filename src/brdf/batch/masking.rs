@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix4, Vector4};
 
-use crate::brdf::batch::arithmetic::{Arithmetic, atan2, exp_m1, ln_1p, max, min};
+use crate::math::arithmetic::{Arithmetic, atan2, exp_m1, ln_1p, max, min};
 use crate::microfacet::{FittedMasking, SmithMasking};
 
 /// G1 of one channel, as a function of a coordinate that the three channels share.
@@ -185,7 +185,7 @@ pub enum BatchMaskings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::batch::arithmetic::Fused;
+    use crate::math::arithmetic::Fused;
     use crate::microfacet::BeckmannMixture;
 
     #[test]

@@ -6,7 +6,6 @@
 //! the slice's length.
 
 pub mod albedo;
-pub mod arithmetic;
 pub mod masking;
 
 mod kernel;
@@ -15,11 +14,13 @@ use glam::Vec3;
 
 use crate::brdf::albedo::FresnelMoments;
 use crate::brdf::batch::albedo::AlbedoBatch;
-use crate::brdf::batch::arithmetic::{Fused, Separate};
 use crate::brdf::batch::kernel::ChannelConstants;
 use crate::brdf::batch::masking::{BatchMaskings, FittedG1, TabulatedG1};
 use crate::brdf::eval::{Factors, Terms};
 use crate::material::Material;
+use crate::math::arithmetic::{Fused, Separate};
+pub use crate::math::instruction_set::InstructionSet;
+use crate::math::instruction_set::per_instruction_set;
 use crate::microfacet::masking::MaskingKind;
 use crate::microfacet::{FittedMasking, SmithMasking};
 
@@ -49,61 +50,6 @@ pub struct LengthMismatch {
     pub expected: usize,
     /// Length of the slice that differs.
     pub found: usize,
-}
-
-/// A set of vector instructions that the loops are compiled for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum InstructionSet {
-    /// What every machine of the architecture has: SSE2 on x86-64, NEON on 64-bit Arm.
-    Baseline,
-    /// AVX2 and FMA.
-    Avx2,
-    /// AVX-512 F, VL, BW and DQ.
-    Avx512,
-}
-
-impl InstructionSet {
-    /// Every set, widest last.
-    pub const ALL: [Self; 3] = [Self::Baseline, Self::Avx2, Self::Avx512];
-
-    /// The usual name; of the baseline, that of its vector instructions.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Baseline if cfg!(target_arch = "x86_64") => "SSE2",
-            Self::Baseline if cfg!(target_arch = "aarch64") => "NEON",
-            Self::Baseline => "baseline",
-            Self::Avx2 => "AVX2",
-            Self::Avx512 => "AVX-512",
-        }
-    }
-
-    /// Whether this machine has it.
-    #[must_use]
-    pub fn is_available(self) -> bool {
-        match self {
-            Self::Baseline => true,
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => {
-                Self::Avx2.is_available()
-                    && is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512vl")
-                    && is_x86_feature_detected!("avx512bw")
-                    && is_x86_feature_detected!("avx512dq")
-            }
-            #[cfg(not(target_arch = "x86_64"))]
-            Self::Avx2 | Self::Avx512 => false,
-        }
-    }
-
-    /// The widest set of this machine.
-    #[must_use]
-    pub fn widest() -> Self {
-        Self::ALL.into_iter().rfind(|set| set.is_available()).unwrap_or(Self::Baseline)
-    }
 }
 
 /// A material's reflectance in f32.
@@ -178,51 +124,9 @@ impl SgdBatch {
     }
 }
 
-/// The kernels once per instruction set, and the choice between them.
-///
-/// The only unsafe code of the crate: calling a function compiled for instructions that a machine
-/// might lack. Each call is guarded by the check made when the set was chosen.
-#[allow(unsafe_code)]
+/// The kernels once per instruction set.
 mod dispatch {
     use super::*;
-
-    /// One function per instruction set, and one that calls the right one. The body is compiled
-    /// for each, with the arithmetic that it has.
-    macro_rules! per_instruction_set {
-        ($name:ident<$arithmetic:ident; baseline $baseline:ty>
-         ($($argument:ident: $type:ty),*) -> $output:ty $body:block) => {
-            pub fn $name(set: InstructionSet, $($argument: $type),*) -> $output {
-                #[cfg(target_arch = "x86_64")]
-                #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,fma")]
-                fn avx512($($argument: $type),*) -> $output {
-                    type $arithmetic = Fused;
-                    $body
-                }
-
-                #[cfg(target_arch = "x86_64")]
-                #[target_feature(enable = "avx2,fma")]
-                fn avx2($($argument: $type),*) -> $output {
-                    type $arithmetic = Fused;
-                    $body
-                }
-
-                fn baseline($($argument: $type),*) -> $output {
-                    type $arithmetic = $baseline;
-                    $body
-                }
-
-                match set {
-                    // SAFETY: an evaluator holds only a set that this machine was found to have.
-                    #[cfg(target_arch = "x86_64")]
-                    InstructionSet::Avx512 => unsafe { avx512($($argument),*) },
-                    // SAFETY: as above.
-                    #[cfg(target_arch = "x86_64")]
-                    InstructionSet::Avx2 => unsafe { avx2($($argument),*) },
-                    _ => baseline($($argument),*),
-                }
-            }
-        };
-    }
 
     /// 64-bit Arm fuses products and sums in its baseline; x86-64 does not.
     #[cfg(target_arch = "aarch64")]
@@ -230,27 +134,27 @@ mod dispatch {
     #[cfg(not(target_arch = "aarch64"))]
     type Baseline = Separate;
 
-    per_instruction_set!(eval<A; baseline Baseline>
+    per_instruction_set!(eval<A: Fused, baseline Baseline>
     (batch: &SgdBatch, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> () {
         match &batch.maskings {
             BatchMaskings::Exact(m) => kernel::eval::<A, _>(&batch.channels, m, pairs, out),
             BatchMaskings::Fitted(m) => kernel::eval::<A, _>(&batch.channels, m, pairs, out),
         }
     });
-    per_instruction_set!(pair<A; baseline Baseline>
+    per_instruction_set!(pair<A: Fused, baseline Baseline>
     (batch: &SgdBatch, wi: Vec3, wo: Vec3) -> [Terms; 3] {
         match &batch.maskings {
             BatchMaskings::Exact(m) => kernel::pair::<A, _>(&batch.channels, m, wi, wo),
             BatchMaskings::Fitted(m) => kernel::pair::<A, _>(&batch.channels, m, wi, wo),
         }
     });
-    per_instruction_set!(factors<A; baseline Baseline>
+    per_instruction_set!(factors<A: Fused, baseline Baseline>
     (batch: &SgdBatch, cos: f32, sin: f32) -> [Factors; 3] {
         match &batch.maskings {
             BatchMaskings::Exact(m) => kernel::factors::<A, _>(&batch.channels, m, cos, sin),
             BatchMaskings::Fitted(m) => kernel::factors::<A, _>(&batch.channels, m, cos, sin),
         }
     });
-    per_instruction_set!(moments<A; baseline Fused>
+    per_instruction_set!(moments<A: Fused, baseline Fused>
         (lobe: &AlbedoBatch, cos_theta_o: f64) -> FresnelMoments { lobe.at::<A>(cos_theta_o) });
 }

@@ -1,0 +1,187 @@
+//! v = G1/cosθ of a row's three channels in single precision, for tables with millions of texels.
+
+use crate::brdf::ChannelBrdf;
+use crate::lut::row::Row;
+use crate::lut::term::masking_scale;
+use crate::math::arithmetic::{Arithmetic, max, min};
+use crate::math::chebyshev::{nodes, powers, series};
+
+/// Directions that are worked on together.
+pub const BLOCK: usize = 128;
+/// A value for each direction of a block.
+pub type Lanes = [f32; BLOCK];
+
+/// The coefficients of a polynomial that is fitted, before those that do not count are dropped.
+pub const MOST: usize = 20;
+/// s as a multiple of where masking sets in: the polynomials are shortest around here.
+const WIDTH: f64 = 3.0;
+/// Below the horizon v continues as far as this u.
+const LOWEST: f32 = -0.7;
+
+/// v = G1/cosθ as polynomials.
+///
+/// # Formula
+///
+/// With c = cosθ and u = c/(c + s), v·(c + s) is smooth in u from the horizon to the zenith: a
+/// polynomial. Below the horizon u = c/s, and v·s continues as its value at the horizon times
+/// 1 + y + y²/2, y = u d(ln v)/du there: positive, and smooth across the horizon.
+///
+/// The bits are those of every instruction set: all fuse products and sums, in software where the
+/// machine cannot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Visibility {
+    /// s.
+    scale: f32,
+    /// What takes u into [0, 2].
+    stretch: f32,
+    /// Coefficients over [−1, 1] of each channel, and how many there are.
+    coefficients: [[f32; MOST]; 3],
+    count: usize,
+    /// d(ln v)/du at the horizon, of each channel.
+    slope: [f32; 3],
+}
+
+impl Visibility {
+    /// The polynomials of a row, 0 for a channel without a lobe. Coefficients are dropped that
+    /// change v by less than `accuracy` of it.
+    #[must_use]
+    pub fn new(row: &Row, accuracy: f64) -> Self {
+        let scale = WIDTH * masking_scale(row);
+        let end = 1.0 / (1.0 + scale);
+        let polynomial = |lobe: &Option<ChannelBrdf>| {
+            lobe.as_ref().map_or_else(Vec::new, |lobe| {
+                let at = |t: f64| relative(lobe, scale, 0.5 * (t + 1.0) * end);
+                let values = nodes::<MOST>().map(at);
+                let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+                powers(needed(&series(values), accuracy * smallest))
+            })
+        };
+        let polynomials = row.lobes.each_ref().map(polynomial);
+        let coefficients = polynomials.each_ref().map(|polynomial| {
+            std::array::from_fn(|k| polynomial.get(k).copied().unwrap_or(0.0) as f32)
+        });
+        let slope = polynomials.each_ref().map(|polynomial| {
+            let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+            let terms = || polynomial.iter().enumerate();
+            let value: f64 = terms().map(|(k, a)| a * sign(k)).sum();
+            let rise: f64 = terms().map(|(k, a)| -(k as f64) * a * sign(k)).sum();
+            if value > 0.0 { (rise / value * 2.0 / end - 1.0) as f32 } else { 0.0 }
+        });
+        Self {
+            scale: scale as f32,
+            stretch: (2.0 / end) as f32,
+            coefficients,
+            count: polynomials.iter().map(Vec::len).max().unwrap_or(0),
+            slope,
+        }
+    }
+
+    /// v(wi)·v(wo) of each channel at cosθi, cosθo = `middle` ∓ `reach`.
+    #[inline(always)]
+    pub fn products<A: Arithmetic>(&self, middle: &Lanes, reach: &Lanes) -> [Lanes; 3] {
+        match self.count {
+            0..=10 => self.products_of::<A, 10>(middle, reach),
+            11..=12 => self.products_of::<A, 12>(middle, reach),
+            13..=14 => self.products_of::<A, 14>(middle, reach),
+            15..=16 => self.products_of::<A, 16>(middle, reach),
+            _ => self.products_of::<A, MOST>(middle, reach),
+        }
+    }
+
+    /// The same, by polynomials of `N` coefficients.
+    #[inline(always)]
+    fn products_of<A: Arithmetic, const N: usize>(
+        &self,
+        middle: &Lanes,
+        reach: &Lanes,
+    ) -> [Lanes; 3] {
+        let empty = [0.0; BLOCK];
+        let (mut t_i, mut t_o, mut below, mut inverse) = (empty, empty, empty, empty);
+        let inverse_scale = 1.0 / self.scale;
+        for k in 0..BLOCK {
+            let (cos_i, cos_o) = (middle[k] - reach[k], middle[k] + reach[k]);
+            let above = max(cos_i, 0.0);
+            let (length_i, length_o) = (above + self.scale, cos_o + self.scale);
+            let inverse_both = 1.0 / (length_i * length_o);
+            inverse[k] = inverse_both;
+            t_i[k] = A::mul_add(above * length_o * inverse_both, self.stretch, -1.0);
+            t_o[k] = A::mul_add(cos_o * length_i * inverse_both, self.stretch, -1.0);
+            below[k] = max(min(cos_i, 0.0) * inverse_scale, LOWEST);
+        }
+        let mut products = [empty; 3];
+        for c in 0..3 {
+            let coefficients = &self.coefficients[c];
+            let slope = self.slope[c];
+            for k in 0..BLOCK {
+                let (mut sum_i, mut sum_o) = (coefficients[N - 1], coefficients[N - 1]);
+                for n in (0..N - 1).rev() {
+                    sum_i = A::mul_add(sum_i, t_i[k], coefficients[n]);
+                    sum_o = A::mul_add(sum_o, t_o[k], coefficients[n]);
+                }
+                let y = slope * below[k];
+                let beyond = A::mul_add(A::mul_add(y, 0.5, 1.0), y, 1.0);
+                products[c][k] = sum_i * sum_o * (inverse[k] * beyond);
+            }
+        }
+        products
+    }
+}
+
+/// v·(c + s) of a channel at u = c/(c + s), as far as the zenith.
+fn relative(lobe: &ChannelBrdf, s: f64, u: f64) -> f64 {
+    const GRAZING: f64 = 1e-12;
+    let c = (s * u / (1.0 - u).max(f64::MIN_POSITIVE)).clamp(GRAZING * s, 1.0);
+    let sin = ((1.0 - c) * (1.0 + c)).sqrt();
+    lobe.masking.g1(c / sin) * (c + s) / c
+}
+
+/// The leading coefficients of a Chebyshev series, without the last ones that together stay below
+/// `negligible`.
+fn needed(series: &[f64], negligible: f64) -> &[f64] {
+    let tail = |count: &usize| series[*count..].iter().map(|a| a.abs()).sum::<f64>();
+    let count = (0..series.len()).find(|count| tail(count) <= negligible);
+    &series[..count.unwrap_or(series.len())]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::catalog;
+    use crate::math::arithmetic::Fused;
+    use crate::microfacet::masking::MaskingKind;
+
+    #[test]
+    fn products_keep_the_accuracy_asked_for() {
+        for accuracy in [5e-5, 2e-6] {
+            let worst = worst_product(accuracy);
+            println!("asked for {accuracy:e}: largest relative error of a product {worst:.2e}");
+            assert!(worst < 2.0 * accuracy + POLYNOMIALS, "{worst:e}");
+        }
+    }
+
+    /// What the longest polynomials leave of a product.
+    const POLYNOMIALS: f64 = 2.5e-5;
+
+    fn worst_product(accuracy: f64) -> f64 {
+        let mut worst: f64 = 0.0;
+        for entry in catalog() {
+            let evaluator = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, 1e-8).tabulated();
+            let channels = entry.material.channels.each_ref().map(evaluator);
+            let visibility = Visibility::new(&Row::new("", &channels, [true; 3]), accuracy);
+            let middle: Lanes = std::array::from_fn(|k| 0.5 * (-(k as f32) / 10.0).exp());
+            let reach = middle.map(|m| m * (8.0 * std::f32::consts::PI * m).cos().abs());
+            let products = visibility.products::<Fused>(&middle, &reach);
+            for k in 0..BLOCK {
+                let cos = [middle[k] - reach[k], middle[k] + reach[k]].map(f64::from);
+                let v = |c: usize, cos: f64| {
+                    let cos = cos.clamp(1e-12, 1.0);
+                    channels[c].masking.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt()) / cos
+                };
+                let error =
+                    |c: usize| f64::from(products[c][k]) / (v(c, cos[0]) * v(c, cos[1])) - 1.0;
+                worst = (0..3).map(error).fold(worst, |worst, error| worst.max(error.abs()));
+            }
+        }
+        worst
+    }
+}
