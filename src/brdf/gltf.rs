@@ -96,6 +96,7 @@ pub fn coat_fresnel(cos_theta_o: f64) -> f64 {
 }
 
 /// V·D = D(h) G2/(4 cosθi cosθo), GGX with height-correlated Smith G2 = 1/(1 + Λi + Λo).
+#[inline]
 #[must_use]
 pub fn ggx_lobe(alpha: f64, tan2_theta_h: f64, cot_theta: [f64; 2], cos_theta: [f64; 2]) -> f64 {
     let [lambda_i, lambda_o] = cot_theta.map(|cot| ggx_lambda(cot / alpha));

@@ -63,10 +63,9 @@ impl Distribution {
     /// ∂ ln D/∂ ln α at x = tan²θ.
     #[must_use]
     pub fn ndf_slope(self, alpha: f64, tan2_theta: f64) -> f64 {
-        let alpha2 = alpha * alpha;
         match self {
-            Self::Beckmann => 2.0 * (tan2_theta / alpha2 - 1.0),
-            Self::Ggx => 2.0 - 4.0 * alpha2 / (alpha2 + tan2_theta),
+            Self::Beckmann => 2.0 * (tan2_theta / (alpha * alpha) - 1.0),
+            Self::Ggx => ggx_ndf_slope(alpha, tan2_theta),
         }
     }
 
@@ -76,17 +75,33 @@ impl Distribution {
         let a = cot_theta / alpha;
         match self {
             Self::Beckmann => (-a * a).exp() / (2.0 * a * PI.sqrt()),
-            Self::Ggx => 0.5 / (a * (1.0 + a * a).sqrt()),
+            Self::Ggx => ggx_lambda_slope(a),
         }
     }
 }
 
 /// Smith's Λ of a GGX surface at a = cotθ/α: ½(√(1 + 1/a²) − 1) (Heitz 2014, eq. 72).
+#[inline]
 #[must_use]
 pub fn ggx_lambda(a: f64) -> f64 {
     // √(1+y) − 1 = y/(√(1+y) + 1) without cancellation.
     let y = 1.0 / (a * a);
     if y.is_finite() { 0.5 * y / ((1.0 + y).sqrt() + 1.0) } else { f64::INFINITY }
+}
+
+/// ∂Λ/∂ ln α of a GGX surface at a = cotθ/α.
+#[inline]
+#[must_use]
+pub fn ggx_lambda_slope(a: f64) -> f64 {
+    0.5 / (a * (1.0 + a * a).sqrt())
+}
+
+/// ∂ ln D/∂ ln α of a GGX surface at x = tan²θ.
+#[inline]
+#[must_use]
+pub fn ggx_ndf_slope(alpha: f64, tan2_theta: f64) -> f64 {
+    let alpha2 = alpha * alpha;
+    2.0 - 4.0 * alpha2 / (alpha2 + tan2_theta)
 }
 
 /// F(cosθd) = f0 + (f90 − f0)(1−cosθd)⁵ − f1·cosθd: the SGD Fresnel curve times a scale.

@@ -5,14 +5,18 @@ use std::f64::consts::FRAC_1_PI;
 use nalgebra::DVector;
 use serde::Serialize;
 
-use crate::brdf::Distribution;
 use crate::brdf::gltf::{DIELECTRIC_F0, GltfBrdf, coat_fresnel, ggx_lobe, schlick_weight};
+use crate::brdf::one_lobe::{ggx_lambda, ggx_lambda_slope, ggx_ndf_slope};
+use crate::fit::block::Block;
 use crate::fit::metric::Metric;
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
 use crate::fit::valleys::{Valley, valleys};
 use crate::material::Material;
-use crate::math::box_least_squares::{Bounds, Minimum, NormalEquations, Residuals, Term, minimise};
+use crate::math::box_least_squares::{
+    Bounds, LANES, Lanes, Minimum, NormalEquations, Residuals, Terms, minimise,
+};
+use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 
 /// The best glTF material, with its residuals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -180,35 +184,61 @@ fn gltf_material(x: &DVector<f64>) -> GltfBrdf {
     }
 }
 
-/// What does not depend on the unknowns at a pair of directions.
+/// What does not depend on the unknowns at the pairs of a block.
 struct Fixed {
-    schlick_weight: f64,
+    schlick_weight: Lanes,
     /// For light along either direction: the coat's Fresnel term is the viewer's.
-    coat_fresnel: [f64; 2],
+    coat_fresnel: [Lanes; 2],
+    tan2_theta_h: Lanes,
+    cot_theta: [Lanes; 2],
+    cos_theta: [Lanes; 2],
 }
 
-/// A lobe V·D at a pair, and its derivative by roughness.
-#[derive(Clone, Copy, Default)]
-struct LobeSample {
-    value: f64,
-    slope: f64,
+impl Fixed {
+    /// Those of a target, block by block.
+    fn blocks(target: &Target) -> Vec<Self> {
+        let side = |of: fn(&Pair) -> [f64; 2], none: f64| {
+            [0, 1].map(|side| target.lanes(|pair| of(pair)[side], none))
+        };
+        let schlick_weight = target.lanes(|pair| schlick_weight(pair.cos_theta_d), 0.0);
+        let coat_fresnel =
+            side(|pair| [1, 0].map(|viewer| coat_fresnel(pair.cos_theta[viewer])), 0.0);
+        let tan2_theta_h = target.lanes(|pair| pair.tan2_theta_h, 1.0);
+        let cot_theta = side(|pair| pair.cot_theta, 1.0);
+        let cos_theta = side(|pair| pair.cos_theta, 1.0);
+        let block = |i: usize| Self {
+            schlick_weight: schlick_weight[i],
+            coat_fresnel: coat_fresnel.each_ref().map(|side| side[i]),
+            tan2_theta_h: tan2_theta_h[i],
+            cot_theta: cot_theta.each_ref().map(|side| side[i]),
+            cos_theta: cos_theta.each_ref().map(|side| side[i]),
+        };
+        (0..schlick_weight.len()).map(block).collect()
+    }
 }
 
-struct Search<'a> {
-    target: &'a Target,
+/// A lobe V·D at the pairs of a block, and its derivative by roughness.
+#[derive(Clone, Copy)]
+struct LobeSamples {
+    value: Lanes,
+    slope: Lanes,
+}
+
+struct Search {
     metric: Metric,
-    goals: [Vec<[f64; 2]>; 3],
+    set: InstructionSet,
+    blocks: Vec<Block>,
     fixed: Vec<Fixed>,
 }
 
-impl<'a> Search<'a> {
-    fn new(target: &'a Target, metric: Metric) -> Self {
-        let fixed = |pair: &Pair| Fixed {
-            schlick_weight: schlick_weight(pair.cos_theta_d),
-            coat_fresnel: [1, 0].map(|viewer| coat_fresnel(pair.cos_theta[viewer])),
-        };
-        let goals = std::array::from_fn(|c| target.goal(metric, c));
-        Self { target, metric, goals, fixed: target.pairs.iter().map(fixed).collect() }
+impl Search {
+    fn new(target: &Target, metric: Metric) -> Self {
+        Self {
+            metric,
+            set: InstructionSet::widest(),
+            blocks: target.blocks(metric),
+            fixed: Fixed::blocks(target),
+        }
     }
 
     /// The best of a family without a coat.
@@ -258,21 +288,16 @@ impl<'a> Search<'a> {
     }
 
     /// V·D at every pair.
-    fn lobe(&self, roughness: f64) -> Vec<LobeSample> {
-        self.target.pairs.iter().map(|pair| lobe_sample(roughness, pair)).collect()
+    fn lobe(&self, roughness: f64) -> Vec<LobeSamples> {
+        dispatch::lobe(self.set, self, roughness)
     }
 
-    fn equations(&self, x: &DVector<f64>, lobe: &[LobeSample]) -> NormalEquations {
-        let brightest = brightest(x);
+    fn equations(&self, x: &DVector<f64>, lobe: &[LobeSamples]) -> NormalEquations {
+        let (brightest, channels) = (brightest(x), Factors::of(x));
         let mut equations = NormalEquations::zero(UNKNOWNS);
-        for c in 0..3 {
-            let mut sums = Residuals::none();
-            for (i, lobe) in lobe.iter().enumerate() {
-                let (f, row) = material(x, c, brightest, &self.fixed[i], *lobe);
-                sums.add(self.metric.term(f, &self.target.pairs[i], self.goals[c][i]), &row);
-            }
+        for (c, factors) in channels.iter().enumerate() {
             let places = [SPECULAR, F0 + c, brightest, BASE + c, METALLIC, ROUGHNESS];
-            equations.add(&sums, places);
+            equations.add(&dispatch::residuals(self.set, self, c, factors, lobe), places);
         }
         equations
     }
@@ -280,26 +305,12 @@ impl<'a> Search<'a> {
     fn coated_equations(
         &self,
         x: &DVector<f64>,
-        lobe: &[LobeSample],
-        coat_lobe: &[LobeSample],
+        lobe: &[LobeSamples],
+        coat: &[LobeSamples],
     ) -> NormalEquations {
-        let brightest = brightest(x);
+        let (brightest, channels) = (brightest(x), Factors::of(x));
         let mut equations = NormalEquations::zero(UNKNOWNS);
-        for c in 0..3 {
-            let mut sums = Residuals::none();
-            for (i, (lobe, coat)) in lobe.iter().zip(coat_lobe).enumerate() {
-                let (material, row) = material(x, c, brightest, &self.fixed[i], *lobe);
-                for side in 0..2 {
-                    let coat_fresnel = self.fixed[i].coat_fresnel[side];
-                    let share = coat_fresnel * x[CLEARCOAT];
-                    let f = (1.0 - share) * material + share * coat.value;
-                    let [s, f0, most, base, metallic, roughness] = row.map(|d| d * (1.0 - share));
-                    let by_coat = coat_fresnel * (coat.value - material);
-                    let by_coat_roughness = share * coat.slope;
-                    let row = [s, f0, most, base, metallic, roughness, by_coat, by_coat_roughness];
-                    sums.add(self.term(c, i, side, f), &row);
-                }
-            }
+        for (c, factors) in channels.iter().enumerate() {
             let places = [
                 SPECULAR,
                 F0 + c,
@@ -310,18 +321,75 @@ impl<'a> Search<'a> {
                 CLEARCOAT,
                 COAT_ROUGHNESS,
             ];
+            let clearcoat = x[CLEARCOAT];
+            let sums =
+                dispatch::coated_residuals(self.set, self, c, factors, clearcoat, [lobe, coat]);
             equations.add(&sums, places);
         }
         equations
     }
 
-    /// The residual g(f) − goal at a pair for light from one side.
-    #[inline]
-    fn term(&self, c: usize, i: usize, side: usize, f: f64) -> Term {
-        let pair = &self.target.pairs[i];
-        let (value, slope) = self.metric.transform(f, pair.cos_theta[side]);
-        Term::new(pair.weights[side], value - self.goals[c][i][side], slope)
+    /// The residuals of a channel without a coat.
+    #[inline(always)]
+    fn residuals(&self, c: usize, factors: &Factors, lobe: &[LobeSamples]) -> Residuals<6> {
+        let mut sums = Residuals::none();
+        for ((block, fixed), lobe) in self.blocks.iter().zip(&self.fixed).zip(lobe) {
+            let (f, row) = factors.material(fixed, lobe);
+            let mut terms = Terms::default();
+            for side in &block.sides {
+                self.metric.add(&mut terms, &f, side, c);
+            }
+            sums.add(&terms, &row);
+        }
+        sums
     }
+
+    /// The residuals of a channel under a coat.
+    #[inline(always)]
+    fn coated_residuals(
+        &self,
+        c: usize,
+        factors: &Factors,
+        clearcoat: f64,
+        [lobe, coat]: [&[LobeSamples]; 2],
+    ) -> Residuals<8> {
+        let mut sums = Residuals::none();
+        for (i, (block, fixed)) in self.blocks.iter().zip(&self.fixed).enumerate() {
+            let (material, by_factor) = factors.material(fixed, &lobe[i]);
+            for (side, coat_fresnel) in block.sides.iter().zip(&fixed.coat_fresnel) {
+                let (mut f, mut row) = ([0.0; LANES], [[0.0; LANES]; 8]);
+                for l in 0..LANES {
+                    let share = coat_fresnel[l] * clearcoat;
+                    f[l] = (1.0 - share) * material[l] + share * coat[i].value[l];
+                    for n in 0..6 {
+                        row[n][l] = (1.0 - share) * by_factor[n][l];
+                    }
+                    row[6][l] = coat_fresnel[l] * (coat[i].value[l] - material[l]);
+                    row[7][l] = share * coat[i].slope[l];
+                }
+                let mut terms = Terms::default();
+                self.metric.add(&mut terms, &f, side, c);
+                sums.add(&terms, &row);
+            }
+        }
+        sums
+    }
+}
+
+/// The sums once per instruction set, all with the same bits.
+mod dispatch {
+    use super::*;
+
+    per_instruction_set!(lobe(search: &Search, roughness: f64) -> Vec<LobeSamples> {
+        search.fixed.iter().map(|fixed| lobe_samples(roughness, fixed)).collect()
+    });
+    per_instruction_set!(residuals
+    (search: &Search, c: usize, factors: &Factors, lobe: &[LobeSamples]) -> Residuals<6> {
+        search.residuals(c, factors, lobe)
+    });
+    per_instruction_set!(coated_residuals
+        (search: &Search, c: usize, factors: &Factors, clearcoat: f64, lobes: [&[LobeSamples]; 2])
+        -> Residuals<8> { search.coated_residuals(c, factors, clearcoat, lobes) });
 }
 
 /// The channel whose F0 is the largest, as the place of its unknown.
@@ -337,44 +405,69 @@ fn lowest(minima: impl Iterator<Item = Minimum>) -> Minimum {
 }
 
 /// V·D and its derivative by roughness.
-fn lobe_sample(roughness: f64, pair: &Pair) -> LobeSample {
+#[inline(always)]
+fn lobe_samples(roughness: f64, fixed: &Fixed) -> LobeSamples {
     let alpha = roughness * roughness;
-    let value = ggx_lobe(alpha, pair.tan2_theta_h, pair.cot_theta, pair.cos_theta);
-    let lambda = pair.cot_theta.map(|cot| Distribution::Ggx.lambda(alpha, cot));
-    let slope = pair.cot_theta.map(|cot| Distribution::Ggx.lambda_slope(alpha, cot));
-    let by_log_alpha = Distribution::Ggx.ndf_slope(alpha, pair.tan2_theta_h)
-        - (slope[0] + slope[1]) / (1.0 + lambda[0] + lambda[1]);
-    LobeSample { value, slope: value * by_log_alpha * 2.0 / roughness }
+    let mut samples = LobeSamples { value: [0.0; LANES], slope: [0.0; LANES] };
+    for l in 0..LANES {
+        let [cot_i, cot_o] = [fixed.cot_theta[0][l], fixed.cot_theta[1][l]];
+        let [cos_i, cos_o] = [fixed.cos_theta[0][l], fixed.cos_theta[1][l]];
+        let value = ggx_lobe(alpha, fixed.tan2_theta_h[l], [cot_i, cot_o], [cos_i, cos_o]);
+        let lambdas = ggx_lambda(cot_i / alpha) + ggx_lambda(cot_o / alpha);
+        let slopes = ggx_lambda_slope(cot_i / alpha) + ggx_lambda_slope(cot_o / alpha);
+        let by_log_alpha = ggx_ndf_slope(alpha, fixed.tan2_theta_h[l]) - slopes / (1.0 + lambdas);
+        samples.value[l] = value;
+        samples.slope[l] = value * by_log_alpha * 2.0 / roughness;
+    }
+    samples
 }
 
-/// f of channel `c` without a coat (see [`GltfBrdf`] for the formula) and its derivatives by
-/// specular factor, own F0, largest F0, base colour, metallic and roughness.
-#[inline]
-fn material(
-    x: &DVector<f64>,
-    c: usize,
-    brightest: usize,
-    fixed: &Fixed,
-    lobe: LobeSample,
-) -> (f64, [f64; 6]) {
-    let u = fixed.schlick_weight;
-    let (s, f0, base, metallic) = (x[SPECULAR], x[F0 + c], x[BASE + c], x[METALLIC]);
-    let fr = f0 + (1.0 - f0) * u;
-    let most = x[brightest] + (1.0 - x[brightest]) * u;
-    let metal_fr = base + (1.0 - base) * u;
-    let through = 1.0 - s * most;
-    let dielectric = through * base * FRAC_1_PI + s * fr * lobe.value;
-    let metal = metal_fr * lobe.value;
-    let nonmetallic = 1.0 - metallic;
-    let row = [
-        nonmetallic * (fr * lobe.value - most * base * FRAC_1_PI),
-        nonmetallic * s * (1.0 - u) * lobe.value,
-        -nonmetallic * s * (1.0 - u) * base * FRAC_1_PI,
-        nonmetallic * through * FRAC_1_PI + metallic * (1.0 - u) * lobe.value,
-        metal - dielectric,
-        (nonmetallic * s * fr + metallic * metal_fr) * lobe.slope,
-    ];
-    (nonmetallic * dielectric + metallic * metal, row)
+/// What a channel's f depends on besides its lobe.
+struct Factors {
+    specular: f64,
+    f0: f64,
+    /// The largest F0 of the three channels.
+    brightest: f64,
+    base: f64,
+    metallic: f64,
+}
+
+impl Factors {
+    fn of(x: &DVector<f64>) -> [Self; 3] {
+        [0, 1, 2].map(|c| Self {
+            specular: x[SPECULAR],
+            f0: x[F0 + c],
+            brightest: x[brightest(x)],
+            base: x[BASE + c],
+            metallic: x[METALLIC],
+        })
+    }
+
+    /// f without a coat (see [`GltfBrdf`] for the formula) and its derivatives by specular factor,
+    /// own F0, largest F0, base colour, metallic and roughness.
+    #[inline(always)]
+    fn material(&self, fixed: &Fixed, lobe: &LobeSamples) -> (Lanes, [Lanes; 6]) {
+        let Self { specular, f0, brightest, base, metallic } = *self;
+        let nonmetallic = 1.0 - metallic;
+        let (mut f, mut row) = ([0.0; LANES], [[0.0; LANES]; 6]);
+        for l in 0..LANES {
+            let (u, value) = (fixed.schlick_weight[l], lobe.value[l]);
+            let fr = f0 + (1.0 - f0) * u;
+            let most = brightest + (1.0 - brightest) * u;
+            let metal_fr = base + (1.0 - base) * u;
+            let through = 1.0 - specular * most;
+            let dielectric = through * base * FRAC_1_PI + specular * fr * value;
+            let metal = metal_fr * value;
+            f[l] = nonmetallic * dielectric + metallic * metal;
+            row[0][l] = nonmetallic * (fr * value - most * base * FRAC_1_PI);
+            row[1][l] = nonmetallic * specular * (1.0 - u) * value;
+            row[2][l] = -nonmetallic * specular * (1.0 - u) * base * FRAC_1_PI;
+            row[3][l] = nonmetallic * through * FRAC_1_PI + metallic * (1.0 - u) * value;
+            row[4][l] = metal - dielectric;
+            row[5][l] = (nonmetallic * specular * fr + metallic * metal_fr) * lobe.slope[l];
+        }
+        (f, row)
+    }
 }
 
 #[cfg(test)]
@@ -412,7 +505,8 @@ mod tests {
             let directions = [(pair.wi, pair.wo), (pair.wo, pair.wi)];
             let f = brdf.eval(directions[side].0, directions[side].1);
             let residual = |c: usize| {
-                metric.transform(f[c], pair.cos_theta[side]).0 - search.goals[c][i][side]
+                metric.transform(f[c], pair.cos_theta[side]).0
+                    - metric.transform(target.channels[c][i], pair.cos_theta[side]).0
             };
             (0..3).map(|c| pair.weights[side] * residual(c).powi(2)).sum::<f64>()
         };

@@ -1,6 +1,7 @@
 //! Best fits of an SGD material in the models that engines have: one Beckmann or GGX lobe, a few
 //! Beckmann lobes, a glTF material; each with its residual.
 
+pub mod block;
 pub mod gltf;
 pub mod lobes;
 pub mod metric;

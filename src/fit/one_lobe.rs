@@ -8,12 +8,16 @@ use serde::Serialize;
 use crate::brdf::one_lobe::{
     Distribution, OneLobeBrdf, OneLobeChannel, SCALE_OF_RHO_S, ScaledFresnel,
 };
+use crate::fit::block::Block;
 use crate::fit::metric::Metric;
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
 use crate::fit::valleys::{Valley, valleys};
 use crate::material::{Channel, ChannelParams, Material};
-use crate::math::box_least_squares::{Bounds, Minimum, NormalEquations, Residuals, minimise};
+use crate::math::box_least_squares::{
+    Bounds, LANES, Lanes, Minimum, NormalEquations, Residuals, Terms, minimise,
+};
+use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 
 /// The best fits of one lobe: a width per channel, and one width for all three.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -85,9 +89,10 @@ struct Search<'a> {
     target: &'a Target,
     distribution: Distribution,
     metric: Metric,
-    goals: [Vec<[f64; 2]>; 3],
+    set: InstructionSet,
+    blocks: Vec<Block>,
     /// The Fresnel curve's share of (f0, f90, F(0°)) at each pair.
-    fresnel: Vec<[f64; 3]>,
+    fresnel: [Vec<Lanes>; 3],
 }
 
 /// A lobe D G1 G1/(4 cosθi cosθo) at a pair, and its derivative by ln α.
@@ -97,11 +102,24 @@ struct LobeSample {
     slope: f64,
 }
 
+/// The same at the pairs of a block.
+#[derive(Clone, Copy)]
+struct LobeSamples {
+    value: Lanes,
+    slope: Lanes,
+}
+
 impl<'a> Search<'a> {
     fn new(target: &'a Target, distribution: Distribution, metric: Metric) -> Self {
-        let goals = std::array::from_fn(|c| target.goal(metric, c));
-        let fresnel = target.pairs.iter().map(|pair| fresnel_basis(pair.cos_theta_d)).collect();
-        Self { target, distribution, metric, goals, fresnel }
+        let share = |i: usize| target.lanes(|pair| fresnel_basis(pair.cos_theta_d)[i], 0.0);
+        Self {
+            target,
+            distribution,
+            metric,
+            set: InstructionSet::widest(),
+            blocks: target.blocks(metric),
+            fresnel: [0, 1, 2].map(share),
+        }
     }
 
     /// The best coefficients of each channel at widths spaced evenly in ln α, widest first, the
@@ -162,9 +180,17 @@ impl<'a> Search<'a> {
     }
 
     /// The lobe of width e^`log_alpha` at every pair.
-    fn lobe(&self, log_alpha: f64) -> Vec<LobeSample> {
+    fn lobe(&self, log_alpha: f64) -> Vec<LobeSamples> {
         let alpha = log_alpha.exp();
-        self.target.pairs.iter().map(|pair| lobe_sample(self.distribution, alpha, pair)).collect()
+        let block = |pairs: &[Pair]| {
+            let mut samples = LobeSamples { value: [0.0; LANES], slope: [0.0; LANES] };
+            for (l, pair) in pairs.iter().enumerate() {
+                let LobeSample { value, slope } = lobe_sample(self.distribution, alpha, pair);
+                (samples.value[l], samples.slope[l]) = (value, slope);
+            }
+            samples
+        };
+        self.target.pairs.chunks(LANES).map(block).collect()
     }
 
     /// The residuals of channel `c`, its coefficients standing in `x` as those of channel `at`.
@@ -173,21 +199,50 @@ impl<'a> Search<'a> {
         c: usize,
         x: &DVector<f64>,
         at: usize,
-        lobe: &[LobeSample],
+        lobe: &[LobeSamples],
     ) -> Residuals<UNKNOWNS> {
         let coefficients: [f64; 4] = std::array::from_fn(|i| x[place(at, i + 1)]);
+        dispatch::residuals(self.set, self, c, coefficients, lobe)
+    }
+
+    /// The residuals of channel `c` for its coefficients.
+    #[inline(always)]
+    fn residuals(
+        &self,
+        c: usize,
+        [rho_d, f0, f90, f_facing]: [f64; 4],
+        lobe: &[LobeSamples],
+    ) -> Residuals<UNKNOWNS> {
         let mut sums = Residuals::none();
-        for (i, pair) in self.target.pairs.iter().enumerate() {
-            let [bump, grazing, facing] = self.fresnel[i];
-            let [rho_d, f0, f90, f_facing] = coefficients;
-            let fresnel = f0 * bump + f90 * grazing + f_facing * facing;
-            let LobeSample { value, slope } = lobe[i];
-            let f = rho_d * FRAC_1_PI + fresnel * value;
-            let row = [fresnel * slope, FRAC_1_PI, value * bump, value * grazing, value * facing];
-            sums.add(self.metric.term(f, pair, self.goals[c][i]), &row);
+        for (i, (block, LobeSamples { value, slope })) in self.blocks.iter().zip(lobe).enumerate() {
+            let [bump, grazing, facing] = [0, 1, 2].map(|share| &self.fresnel[share][i]);
+            let (mut f, mut row) = ([0.0; LANES], [[FRAC_1_PI; LANES]; UNKNOWNS]);
+            for l in 0..LANES {
+                let fresnel = f0 * bump[l] + f90 * grazing[l] + f_facing * facing[l];
+                f[l] = rho_d * FRAC_1_PI + fresnel * value[l];
+                row[0][l] = fresnel * slope[l];
+                row[2][l] = value[l] * bump[l];
+                row[3][l] = value[l] * grazing[l];
+                row[4][l] = value[l] * facing[l];
+            }
+            let mut terms = Terms::default();
+            for side in &block.sides {
+                self.metric.add(&mut terms, &f, side, c);
+            }
+            sums.add(&terms, &row);
         }
         sums
     }
+}
+
+/// The sums once per instruction set, all with the same bits.
+mod dispatch {
+    use super::*;
+
+    per_instruction_set!(residuals
+    (search: &Search<'_>, c: usize, x: [f64; 4], lobe: &[LobeSamples]) -> Residuals<UNKNOWNS> {
+        search.residuals(c, x, lobe)
+    });
 }
 
 /// Where unknown `i` ≥ 1 of a channel stands: ln α first, then four coefficients per channel.

@@ -127,14 +127,6 @@ impl Target {
         }
         if total > 0.0 { (difference / total).sqrt() } else { difference.sqrt() }
     }
-
-    /// g of the target's channel at every pair, for light along either direction: what a fit in
-    /// `metric` aims at.
-    #[must_use]
-    pub fn goal(&self, metric: Metric, channel: usize) -> Vec<[f64; 2]> {
-        let pairs = self.pairs.iter().zip(&self.channels[channel]);
-        pairs.map(|(pair, f)| pair.cos_theta.map(|cos| metric.transform(*f, cos).0)).collect()
-    }
 }
 
 /// The smallest tan²θh at which a channel's distribution bends: α² where the power law starts, but

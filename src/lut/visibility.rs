@@ -160,7 +160,7 @@ mod tests {
     }
 
     /// What the longest polynomials leave of a product.
-    const POLYNOMIALS: f64 = 2.5e-5;
+    const POLYNOMIALS: f64 = 1.5e-5;
 
     fn worst_product(accuracy: f64) -> f64 {
         let mut worst: f64 = 0.0;

@@ -1,7 +1,5 @@
 //! Nonlinear least squares inside a box.
 
-use std::ops::Add;
-
 use nalgebra::{DMatrix, DVector};
 
 /// The normal equations of Σ r²/2 at one point: its value, gradient and Gauss–Newton Hessian.
@@ -15,48 +13,38 @@ pub struct NormalEquations {
     pub hessian: DMatrix<f64>,
 }
 
-/// Sums up [`NormalEquations`] of N unknowns, residual by residual, on the stack.
+/// Residuals that are summed side by side.
+pub const LANES: usize = 8;
+/// A number of each.
+pub type Lanes = [f64; LANES];
+
+/// Sums up [`NormalEquations`] of N unknowns on the stack, lane by lane.
 #[derive(Clone, Debug)]
 pub struct Residuals<const N: usize> {
-    squares: f64,
-    gradient: [f64; N],
-    hessian: [[f64; N]; N],
+    squares: Lanes,
+    gradient: [Lanes; N],
+    hessian: [[Lanes; N]; N],
 }
 
-/// Residuals r(v) of one value v, weighted: what their sum of squares needs to know of them.
+/// Weighted residuals r(v), one value v in each lane: what their sum of squares needs to know of
+/// them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Term {
+pub struct Terms {
     /// Σ weight·r².
-    pub squares: f64,
+    pub squares: Lanes,
     /// Σ weight·r·dr/dv.
-    pub slope: f64,
+    pub slope: Lanes,
     /// Σ weight·(dr/dv)².
-    pub curvature: f64,
+    pub curvature: Lanes,
 }
 
-impl Term {
-    /// One residual with its derivative by the value.
-    #[inline]
-    #[must_use]
-    pub fn new(weight: f64, residual: f64, slope: f64) -> Self {
-        Self {
-            squares: weight * residual * residual,
-            slope: weight * residual * slope,
-            curvature: weight * slope * slope,
-        }
-    }
-}
-
-impl Add for Term {
-    type Output = Self;
-
-    #[inline]
-    fn add(self, other: Self) -> Self {
-        Self {
-            squares: self.squares + other.squares,
-            slope: self.slope + other.slope,
-            curvature: self.curvature + other.curvature,
-        }
+impl Terms {
+    /// Adds a residual of a lane with its derivative by the lane's value.
+    #[inline(always)]
+    pub fn add(&mut self, lane: usize, weight: f64, residual: f64, slope: f64) {
+        self.squares[lane] += weight * residual * residual;
+        self.slope[lane] += weight * residual * slope;
+        self.curvature[lane] += weight * slope * slope;
     }
 }
 
@@ -64,21 +52,38 @@ impl<const N: usize> Residuals<N> {
     /// No residuals yet.
     #[must_use]
     pub fn none() -> Self {
-        Self { squares: 0.0, gradient: [0.0; N], hessian: [[0.0; N]; N] }
+        Self { squares: [0.0; LANES], gradient: [[0.0; LANES]; N], hessian: [[[0.0; LANES]; N]; N] }
     }
 
-    /// Adds the residuals that depend on one value with ∂value/∂x = `row`.
-    #[inline]
-    pub fn add(&mut self, term: Term, row: &[f64; N]) {
-        self.squares += term.squares;
+    /// Adds the residuals that depend on values with ∂value/∂x = `row`.
+    #[inline(always)]
+    pub fn add(&mut self, terms: &Terms, row: &[Lanes; N]) {
+        for l in 0..LANES {
+            self.squares[l] += terms.squares[l];
+        }
         for i in 0..N {
-            let weighted = term.curvature * row[i];
-            self.gradient[i] += term.slope * row[i];
-            for (product, other) in self.hessian[i].iter_mut().zip(&row[..=i]) {
-                *product += weighted * other;
+            for l in 0..LANES {
+                self.gradient[i][l] += terms.slope[l] * row[i][l];
+            }
+            for j in 0..=i {
+                for l in 0..LANES {
+                    self.hessian[i][j][l] += terms.curvature[l] * row[i][l] * row[j][l];
+                }
             }
         }
     }
+}
+
+/// The sum in pairs.
+fn total(mut lanes: Lanes) -> f64 {
+    let mut half = LANES / 2;
+    while half > 0 {
+        for l in 0..half {
+            lanes[l] += lanes[l + half];
+        }
+        half /= 2;
+    }
+    lanes[0]
 }
 
 impl NormalEquations {
@@ -90,11 +95,12 @@ impl NormalEquations {
 
     /// Adds residuals that depend on the unknowns at `places`; one may stand there twice.
     pub fn add<const N: usize>(&mut self, residuals: &Residuals<N>, places: [usize; N]) {
-        self.squares += residuals.squares;
+        self.squares += total(residuals.squares);
         for i in 0..N {
-            self.gradient[places[i]] += residuals.gradient[i];
+            self.gradient[places[i]] += total(residuals.gradient[i]);
             for j in 0..N {
-                self.hessian[(places[i], places[j])] += residuals.hessian[i.max(j)][i.min(j)];
+                self.hessian[(places[i], places[j])] +=
+                    total(residuals.hessian[i.max(j)][i.min(j)]);
             }
         }
     }
@@ -315,9 +321,15 @@ mod tests {
         let truth = [3.0, 0.7];
         let equations = |x: &DVector<f64>| {
             let mut sums = Residuals::none();
-            for t in (0..20).map(|i| f64::from(i) * 0.2) {
-                let (decay, exact) = ((-x[1] * t).exp(), truth[0] * (-truth[1] * t).exp());
-                sums.add(Term::new(1.0, x[0] * decay - exact, 1.0), &[decay, -x[0] * t * decay]);
+            for block in 0..3 {
+                let (mut terms, mut row) = (Terms::default(), [[0.0; LANES]; 2]);
+                for l in 0..LANES {
+                    let t = (block * LANES + l) as f64 * 0.2;
+                    let (decay, exact) = ((-x[1] * t).exp(), truth[0] * (-truth[1] * t).exp());
+                    terms.add(l, 1.0, x[0] * decay - exact, 1.0);
+                    [row[0][l], row[1][l]] = [decay, -x[0] * t * decay];
+                }
+                sums.add(&terms, &row);
             }
             sums.into()
         };

@@ -56,14 +56,14 @@ impl InstructionSet {
 }
 
 /// A function per instruction set and one, `name(set, …)`, that calls the right one. The body is
-/// compiled for each, with one arithmetic for the sets that fuse products and sums and another
-/// for the baseline.
+/// compiled for each; where it names an arithmetic, with one for the sets that fuse products and
+/// sums and another for the baseline.
 ///
 /// The only unsafe code of the crate: calling a function compiled for instructions that a machine
 /// might lack. Whoever holds an [`InstructionSet`] other than the baseline has asked
 /// [`InstructionSet::is_available`].
 macro_rules! per_instruction_set {
-    ($name:ident<$arithmetic:ident: $wide:ty, baseline $baseline:ty>
+    ($name:ident $(<$arithmetic:ident: $wide:ty, baseline $baseline:ty>)?
      ($($argument:ident: $type:ty),* $(,)?) -> $output:ty $body:block) => {
         #[allow(unsafe_code)]
         pub fn $name(
@@ -73,19 +73,19 @@ macro_rules! per_instruction_set {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,fma")]
             fn avx512($($argument: $type),*) -> $output {
-                type $arithmetic = $wide;
+                $(type $arithmetic = $wide;)?
                 $body
             }
 
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma")]
             fn avx2($($argument: $type),*) -> $output {
-                type $arithmetic = $wide;
+                $(type $arithmetic = $wide;)?
                 $body
             }
 
             fn baseline($($argument: $type),*) -> $output {
-                type $arithmetic = $baseline;
+                $(type $arithmetic = $baseline;)?
                 $body
             }
 

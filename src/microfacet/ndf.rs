@@ -109,6 +109,7 @@ pub struct GgxNdf {
 
 impl GgxNdf {
     /// D at x = tan²θ \[1/sr\]; finite at grazing, where (1+x)/(α²+x) tends to 1.
+    #[inline]
     #[must_use]
     pub fn eval(&self, tan2_theta: f64) -> f64 {
         let alpha2 = self.alpha * self.alpha;
