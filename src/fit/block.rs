@@ -18,6 +18,8 @@ pub struct Block {
 pub struct Side {
     /// π cosθi: the radiance of f = 1.
     pub scale: Lanes,
+    /// (π cosθi)^⅓.
+    pub scale_root: Lanes,
     /// The pairs' shares of the integral; 0 where the last block has no more pairs.
     pub weight: Lanes,
     /// g of the target's radiance, per channel.
@@ -43,7 +45,7 @@ impl Target {
             std::array::from_fn(|l| metric.of_radiance(exact(l) * scale[l]).0)
         };
         let weight = of_pair(&|pair| pair.weights[side]);
-        Side { scale, weight, goal: [0, 1, 2].map(goal) }
+        Side { scale, scale_root: scale.map(f64::cbrt), weight, goal: [0, 1, 2].map(goal) }
     }
 
     /// A value of each pair, side by side; `none` where the last block has no more pairs.

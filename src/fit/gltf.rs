@@ -1,6 +1,7 @@
 //! The best glTF 2.0 material.
 
 use std::f64::consts::FRAC_1_PI;
+use std::slice::from_ref;
 
 use nalgebra::DVector;
 use serde::Serialize;
@@ -336,9 +337,7 @@ impl Search {
         for ((block, fixed), lobe) in self.blocks.iter().zip(&self.fixed).zip(lobe) {
             let (f, row) = factors.material(fixed, lobe);
             let mut terms = Terms::default();
-            for side in &block.sides {
-                self.metric.add(&mut terms, &f, side, c);
-            }
+            self.metric.add(&mut terms, &f, &block.sides, c);
             sums.add(&terms, &row);
         }
         sums
@@ -368,7 +367,7 @@ impl Search {
                     row[7][l] = share * coat[i].slope[l];
                 }
                 let mut terms = Terms::default();
-                self.metric.add(&mut terms, &f, side, c);
+                self.metric.add(&mut terms, &f, from_ref(side), c);
                 sums.add(&terms, &row);
             }
         }

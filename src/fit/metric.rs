@@ -64,13 +64,13 @@ impl Metric {
         (value, slope * scale)
     }
 
-    /// Adds the residuals g − goal of channel `c`, of f at the pairs of a side.
+    /// Adds the residuals g − goal of channel `c`, of f at the pairs of each side.
     #[inline(always)]
-    pub fn add(self, terms: &mut Terms, f: &Lanes, side: &Side, c: usize) {
+    pub fn add(self, terms: &mut Terms, f: &Lanes, sides: &[Side], c: usize) {
         match self {
-            Self::Cosine => add(terms, f, side, c, |x| (x, 1.0)),
-            Self::CubeRoot => add(terms, f, side, c, lightness),
-            Self::Log => add(terms, f, side, c, |x| (x.ln_1p(), 1.0 / (1.0 + x))),
+            Self::Cosine => add(terms, f, sides, c, |x| (x, 1.0)),
+            Self::CubeRoot => add_lightness(terms, f, sides, c),
+            Self::Log => add(terms, f, sides, c, |x| (x.ln_1p(), 1.0 / (1.0 + x))),
         }
     }
 
@@ -87,24 +87,59 @@ impl Metric {
 }
 
 /// x^⅓ with its toe, and its slope.
-#[inline(always)]
+#[inline]
 fn lightness(x: f64) -> (f64, f64) {
-    let above = if x > TOE { x } else { TOE };
-    let root = cube_root(above);
-    if x > TOE { (root, root / (3.0 * above)) } else { (TOE_SLOPE * x + 4.0 / 29.0, TOE_SLOPE) }
+    if x > TOE {
+        let root = cube_root(x);
+        (root, root / (3.0 * x))
+    } else {
+        toe(x)
+    }
+}
+
+/// The tangent of x^⅓ at [`TOE`], and its slope.
+#[inline(always)]
+fn toe(x: f64) -> (f64, f64) {
+    (TOE_SLOPE * x + 4.0 / 29.0, TOE_SLOPE)
 }
 
 #[inline(always)]
 fn add(
     terms: &mut Terms,
     f: &Lanes,
-    side: &Side,
+    sides: &[Side],
     c: usize,
     of_radiance: impl Fn(f64) -> (f64, f64),
 ) {
+    for side in sides {
+        for l in 0..LANES {
+            let (value, slope) = of_radiance(f[l] * side.scale[l]);
+            terms.add(l, side.weight[l], value - side.goal[c][l], slope * side.scale[l]);
+        }
+    }
+}
+
+/// As [`add`] of [`lightness`], with (f·scale)^⅓ as f^⅓·scale^⅓: one root for both sides.
+#[inline(always)]
+fn add_lightness(terms: &mut Terms, f: &Lanes, sides: &[Side], c: usize) {
+    let (mut root, mut inverse) = ([0.0; LANES], [0.0; LANES]);
     for l in 0..LANES {
-        let (value, slope) = of_radiance(f[l] * side.scale[l]);
-        terms.add(l, side.weight[l], value - side.goal[c][l], slope * side.scale[l]);
+        let above = if f[l] > f64::MIN_POSITIVE { f[l] } else { f64::MIN_POSITIVE };
+        root[l] = cube_root(above);
+        inverse[l] = 1.0 / (3.0 * above);
+    }
+    for side in sides {
+        for l in 0..LANES {
+            let x = f[l] * side.scale[l];
+            let above = root[l] * side.scale_root[l];
+            let (toe, toe_slope) = toe(x);
+            let (value, slope) = if x > TOE {
+                (above, above * inverse[l])
+            } else {
+                (toe, toe_slope * side.scale[l])
+            };
+            terms.add(l, side.weight[l], value - side.goal[c][l], slope);
+        }
     }
 }
 

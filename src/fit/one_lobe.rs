@@ -226,9 +226,7 @@ impl<'a> Search<'a> {
                 row[4][l] = value[l] * facing[l];
             }
             let mut terms = Terms::default();
-            for side in &block.sides {
-                self.metric.add(&mut terms, &f, side, c);
-            }
+            self.metric.add(&mut terms, &f, &block.sides, c);
             sums.add(&terms, &row);
         }
         sums

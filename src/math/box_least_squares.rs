@@ -75,7 +75,9 @@ impl<const N: usize> Residuals<N> {
 }
 
 /// The sum in pairs.
-fn total(mut lanes: Lanes) -> f64 {
+#[inline(always)]
+#[must_use]
+pub fn total(mut lanes: Lanes) -> f64 {
     let mut half = LANES / 2;
     while half > 0 {
         for l in 0..half {
@@ -248,14 +250,15 @@ fn newton_step(
     slope: &DVector<f64>,
     free: &[bool],
 ) -> Option<DVector<f64>> {
-    let reduced =
-        DMatrix::from_fn(free.len(), free.len(), |i, j| match (free[i] && free[j], i == j) {
-            (true, _) => hessian[(i, j)],
-            (false, true) => 1.0,
-            (false, false) => 0.0,
-        });
-    let right = DVector::from_fn(free.len(), |i, _| if free[i] { -slope[i] } else { 0.0 });
-    Some(reduced.cholesky()?.solve(&right))
+    let free: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
+    let reduced = DMatrix::from_fn(free.len(), free.len(), |i, j| hessian[(free[i], free[j])]);
+    let right = DVector::from_fn(free.len(), |i, _| -slope[free[i]]);
+    let solution = reduced.cholesky()?.solve(&right);
+    let mut step = DVector::zeros(slope.len());
+    for (i, value) in free.iter().zip(solution.iter()) {
+        step[*i] = *value;
+    }
+    Some(step)
 }
 
 /// How much of `step` stays inside, at most 1, and the unknown that stops it.
