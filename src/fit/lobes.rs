@@ -146,8 +146,8 @@ impl Column {
     fn dot(&self, other: &Self) -> f64 {
         let mut lanes = [0.0; LANES];
         for block in (0..ROWS).step_by(LANES) {
-            for l in 0..LANES {
-                lanes[l] += self.0[block + l] * other.0[block + l];
+            for (l, lane) in lanes.iter_mut().enumerate() {
+                *lane += self.0[block + l] * other.0[block + l];
             }
         }
         total(lanes)

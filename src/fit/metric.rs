@@ -112,8 +112,8 @@ fn add(
     of_radiance: impl Fn(f64) -> (f64, f64),
 ) {
     for side in sides {
-        for l in 0..LANES {
-            let (value, slope) = of_radiance(f[l] * side.scale[l]);
+        for (l, f) in f.iter().enumerate() {
+            let (value, slope) = of_radiance(f * side.scale[l]);
             terms.add(l, side.weight[l], value - side.goal[c][l], slope * side.scale[l]);
         }
     }

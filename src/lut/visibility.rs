@@ -109,10 +109,10 @@ impl Visibility {
             below[k] = max(min(cos_i, 0.0) * inverse_scale, LOWEST);
         }
         let mut products = [empty; 3];
-        for c in 0..3 {
+        for (c, products) in products.iter_mut().enumerate() {
             let coefficients = &self.coefficients[c];
             let slope = self.slope[c];
-            for k in 0..BLOCK {
+            for (k, product) in products.iter_mut().enumerate() {
                 let (mut sum_i, mut sum_o) = (coefficients[N - 1], coefficients[N - 1]);
                 for n in (0..N - 1).rev() {
                     sum_i = A::mul_add(sum_i, t_i[k], coefficients[n]);
@@ -120,7 +120,7 @@ impl Visibility {
                 }
                 let y = slope * below[k];
                 let beyond = A::mul_add(A::mul_add(y, 0.5, 1.0), y, 1.0);
-                products[c][k] = sum_i * sum_o * (inverse[k] * beyond);
+                *product = sum_i * sum_o * (inverse[k] * beyond);
             }
         }
         products

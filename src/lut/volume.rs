@@ -127,9 +127,9 @@ impl Lines {
                 reach[k] *= line.swing;
             }
             let mut brdf = self.visibility.products::<A>(&middle, &reach);
-            for c in 0..3 {
-                for k in 0..BLOCK {
-                    brdf[c][k] *= half.ndf[c][k] * line.fresnel[c];
+            for ((brdf, ndf), fresnel) in brdf.iter_mut().zip(&half.ndf).zip(line.fresnel) {
+                for (brdf, ndf) in brdf.iter_mut().zip(ndf) {
+                    *brdf *= ndf * fresnel;
                 }
             }
             for (k, texel) in out.iter_mut().enumerate() {

@@ -61,13 +61,13 @@ impl<const N: usize> Residuals<N> {
         for l in 0..LANES {
             self.squares[l] += terms.squares[l];
         }
-        for i in 0..N {
-            for l in 0..LANES {
-                self.gradient[i][l] += terms.slope[l] * row[i][l];
+        for (i, by_i) in row.iter().enumerate() {
+            for (l, by) in by_i.iter().enumerate() {
+                self.gradient[i][l] += terms.slope[l] * by;
             }
-            for j in 0..=i {
-                for l in 0..LANES {
-                    self.hessian[i][j][l] += terms.curvature[l] * row[i][l] * row[j][l];
+            for (j, by_j) in row[..=i].iter().enumerate() {
+                for (l, by) in by_i.iter().enumerate() {
+                    self.hessian[i][j][l] += terms.curvature[l] * by * by_j[l];
                 }
             }
         }
