@@ -325,13 +325,14 @@ mod tests {
         let equations = |x: &DVector<f64>| {
             let mut sums = Residuals::none();
             for block in 0..3 {
-                let (mut terms, mut row) = (Terms::default(), [[0.0; LANES]; 2]);
+                let t: Lanes = std::array::from_fn(|l| (block * LANES + l) as f64 * 0.2);
+                let decay = t.map(|t| (-x[1] * t).exp());
+                let exact = t.map(|t| truth[0] * (-truth[1] * t).exp());
+                let mut terms = Terms::default();
                 for l in 0..LANES {
-                    let t = (block * LANES + l) as f64 * 0.2;
-                    let (decay, exact) = ((-x[1] * t).exp(), truth[0] * (-truth[1] * t).exp());
-                    terms.add(l, 1.0, x[0] * decay - exact, 1.0);
-                    [row[0][l], row[1][l]] = [decay, -x[0] * t * decay];
+                    terms.add(l, 1.0, x[0] * decay[l] - exact[l], 1.0);
                 }
+                let row = [decay, std::array::from_fn(|l| -x[0] * t[l] * decay[l])];
                 sums.add(&terms, &row);
             }
             sums.into()
