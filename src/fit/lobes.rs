@@ -10,7 +10,7 @@ use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Residuals, Target};
 use crate::material::{ChannelParams, Material};
 use crate::math::box_least_squares::{
-    Bounds, LANES, Minimum, NormalEquations, box_quadratic, damped, minimise, total,
+    Bounds, Minimum, NormalEquations, box_quadratic, damped, minimise, total,
 };
 use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::microfacet::{BeckmannNdf, SgdNdf};
@@ -128,6 +128,8 @@ fn core_tan2(c: &ChannelParams) -> f64 {
 /// D times its scale, and the scale, at each angle, per channel.
 type Goals = [Vec<(f64, f64)>; 3];
 
+/// Rows that are summed side by side.
+const LANES: usize = 8;
 /// Angles and the condition on the weights' sum, in whole lanes.
 const ROWS: usize = (SAMPLES + 1).next_multiple_of(LANES);
 

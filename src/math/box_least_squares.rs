@@ -14,7 +14,7 @@ pub struct NormalEquations {
 }
 
 /// Residuals that are summed side by side.
-pub const LANES: usize = 8;
+pub const LANES: usize = 32;
 /// A number of each.
 pub type Lanes = [f64; LANES];
 
@@ -77,8 +77,8 @@ impl<const N: usize> Residuals<N> {
 /// The sum in pairs.
 #[inline(always)]
 #[must_use]
-pub fn total(mut lanes: Lanes) -> f64 {
-    let mut half = LANES / 2;
+pub fn total<const N: usize>(mut lanes: [f64; N]) -> f64 {
+    let mut half = N / 2;
     while half > 0 {
         for l in 0..half {
             lanes[l] += lanes[l + half];
