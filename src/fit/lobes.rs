@@ -1,6 +1,6 @@
 //! The best few Beckmann lobes, their widths shared by the three channels.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use crate::brdf::LobesBrdf;
@@ -10,9 +10,8 @@ use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Residuals, Target};
 use crate::material::{ChannelParams, Material};
 use crate::math::box_least_squares::{
-    Bounds, Minimum, NormalEquations, box_quadratic, damped, minimise, total,
+    Bounds, Minimum, NormalEquations, box_quadratic, damped, minimise,
 };
-use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::microfacet::{BeckmannNdf, SgdNdf};
 
 /// The best mixture of a given number of lobes.
@@ -128,48 +127,8 @@ fn core_tan2(c: &ChannelParams) -> f64 {
 /// D times its scale, and the scale, at each angle, per channel.
 type Goals = [Vec<(f64, f64)>; 3];
 
-/// Rows that are summed side by side.
-const LANES: usize = 8;
-/// Angles and the condition on the weights' sum, in whole lanes.
-const ROWS: usize = (SAMPLES + 1).next_multiple_of(LANES);
-
-/// A column of the Jacobian, or the residuals.
-#[derive(Clone, Copy)]
-struct Column([f64; ROWS]);
-
-impl Default for Column {
-    fn default() -> Self {
-        Self([0.0; ROWS])
-    }
-}
-
-impl Column {
-    #[inline(always)]
-    fn dot(&self, other: &Self) -> f64 {
-        let mut lanes = [0.0; LANES];
-        for block in (0..ROWS).step_by(LANES) {
-            for (l, lane) in lanes.iter_mut().enumerate() {
-                *lane += self.0[block + l] * other.0[block + l];
-            }
-        }
-        total(lanes)
-    }
-}
-
-/// The products once per instruction set, all with the same bits.
-mod dispatch {
-    use super::*;
-
-    // The lower triangle of the products of columns with each other, row by row.
-    per_instruction_set!(products(columns: &[Column]) -> Vec<Vec<f64>> {
-        let row = |i: usize| columns[..=i].iter().map(|other| columns[i].dot(other)).collect();
-        (0..columns.len()).map(row).collect()
-    });
-}
-
 /// The unknowns are n values of ln α, then n weights for each channel.
 struct Problem {
-    set: InstructionSet,
     count: usize,
     tan2_theta: Vec<f64>,
     goals: Goals,
@@ -189,7 +148,7 @@ impl Problem {
         let narrowest = channels.iter().map(core_tan2).fold(f64::INFINITY, f64::min);
         let widest = channels.iter().map(|c| c.alpha).fold(0.0, f64::max);
         let range = [0.5 * (0.1 * narrowest).ln(), 0.5 * widest.ln() + 0.1];
-        Self { set: InstructionSet::widest(), count, tan2_theta, goals, range }
+        Self { count, tan2_theta, goals, range }
     }
 
     /// Widths spaced evenly in ln α from a given share of the range up; equal weights.
@@ -266,18 +225,14 @@ impl Problem {
         equations
     }
 
-    /// D of each lobe at each angle, and ∂D/∂lnα = 2 (x/α² − 1) D.
-    fn basis(&self, alpha: &DVector<f64>) -> [Vec<Column>; 2] {
-        let column = |alpha: f64, of: &dyn Fn(f64, f64) -> f64| {
-            let mut column = Column::default();
-            for (i, x) in self.tan2_theta.iter().enumerate() {
-                column.0[i] = of(BeckmannNdf { alpha }.eval(*x), x / (alpha * alpha));
-            }
-            column
-        };
-        let density = |alpha: &f64| column(*alpha, &|d, _| d);
-        let slope = |alpha: &f64| column(*alpha, &|d, ratio| 2.0 * (ratio - 1.0) * d);
-        [alpha.iter().map(density).collect(), alpha.iter().map(slope).collect()]
+    /// D of each lobe at each angle (columns), and ∂D/∂lnα = 2 (x/α² − 1) D.
+    fn basis(&self, alpha: &DVector<f64>) -> [DMatrix<f64>; 2] {
+        let density = |i: usize, j: usize| BeckmannNdf { alpha: alpha[j] }.eval(self.tan2_theta[i]);
+        let density = DMatrix::from_fn(self.tan2_theta.len(), self.count, density);
+        let slope = DMatrix::from_fn(self.tan2_theta.len(), self.count, |i, j| {
+            2.0 * (self.tan2_theta[i] / (alpha[j] * alpha[j]) - 1.0) * density[(i, j)]
+        });
+        [density, slope]
     }
 
     /// Adds a channel's relative errors and the condition on its weights' sum.
@@ -286,34 +241,35 @@ impl Problem {
         equations: &mut NormalEquations,
         c: usize,
         x: &DVector<f64>,
-        [density, slope]: &[Vec<Column>; 2],
+        [density, slope]: &[DMatrix<f64>; 2],
     ) {
         let n = self.count;
+        let samples = self.tan2_theta.len();
         let weights = x.rows((1 + c) * n, n);
-        // ∂r/∂lnα of each lobe, ∂r/∂w of each lobe, r.
-        let mut columns = vec![Column::default(); 2 * n + 1];
+        let mut jacobian = DMatrix::zeros(samples + 1, 2 * n);
+        let mut residual = DVector::zeros(samples + 1);
         for (i, (goal, scale)) in self.goals[c].iter().enumerate() {
-            let mut sum = 0.0;
             for j in 0..n {
-                columns[j].0[i] = scale * weights[j] * slope[j].0[i];
-                columns[n + j].0[i] = scale * density[j].0[i];
-                sum += scale * weights[j] * density[j].0[i];
+                jacobian[(i, j)] = scale * weights[j] * slope[(i, j)];
+                jacobian[(i, n + j)] = scale * density[(i, j)];
+                residual[i] += scale * weights[j] * density[(i, j)];
             }
-            columns[2 * n].0[i] = sum - goal;
+            residual[i] -= goal;
         }
-        columns[n..2 * n].iter_mut().for_each(|column| column.0[SAMPLES] = SUM_WEIGHT);
-        columns[2 * n].0[SAMPLES] = SUM_WEIGHT * (weights.sum() - 1.0);
+        jacobian.view_mut((samples, n), (1, n)).fill(SUM_WEIGHT);
+        residual[samples] = SUM_WEIGHT * (weights.sum() - 1.0);
+        equations.squares += residual.norm_squared();
+        let gradient = jacobian.tr_mul(&residual);
         // Unknown j of this channel: the n widths, then its own n weights.
         let place = |j: usize| if j < n { j } else { j + c * n };
-        let products = dispatch::products(self.set, &columns);
-        let (residual, rows) = products.split_last().expect("there is a row per column");
-        for (i, row) in rows.iter().enumerate() {
-            equations.gradient[place(i)] += residual[i];
-            for (j, product) in row.iter().enumerate() {
+        for i in 0..2 * n {
+            equations.gradient[place(i)] += gradient[i];
+            // Only the lower triangle is read.
+            for j in 0..=i {
+                let product = jacobian.column(i).dot(&jacobian.column(j));
                 equations.hessian[(place(i), place(j))] += product;
             }
         }
-        equations.squares += residual[2 * n];
     }
 
     /// The mixture of a solution, weights scaled to sum exactly to 1, widths ascending.

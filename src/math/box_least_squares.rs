@@ -75,10 +75,8 @@ impl<const N: usize> Residuals<N> {
 }
 
 /// The sum in pairs.
-#[inline(always)]
-#[must_use]
-pub fn total<const N: usize>(mut lanes: [f64; N]) -> f64 {
-    let mut half = N / 2;
+fn total(mut lanes: Lanes) -> f64 {
+    let mut half = LANES / 2;
     while half > 0 {
         for l in 0..half {
             lanes[l] += lanes[l + half];
