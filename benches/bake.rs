@@ -4,6 +4,7 @@
 use divan::{Bencher, black_box};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use sgdbake::brdf::ChannelBrdf;
+use sgdbake::brdf::batch::InstructionSet;
 use sgdbake::encode::{exr, ktx2};
 use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Row, albedo, bake, volume};
 use sgdbake::material::{Material, catalog, find};
@@ -37,6 +38,14 @@ fn catalogue_2d() -> usize {
 fn volume_256(bencher: Bencher<'_, '_>) {
     let row = row("gold-paint");
     bencher.bench(|| volume::tabulate(black_box(&row), 0, [256; 3], Depth::Half));
+}
+
+/// The same on one thread, so that its time is what the evaluation takes of a CPU.
+#[divan::bench(sample_count = 3, sample_size = 1, args = InstructionSet::available())]
+fn volume_256_on(bencher: Bencher<'_, '_>, set: &InstructionSet) {
+    let (row, one) = (row("gold-paint"), one_thread());
+    let tabulate = || volume::tabulate_on(*set, black_box(&row), 0, [256; 3], Depth::Half);
+    bencher.bench(|| one.install(tabulate));
 }
 
 #[divan::bench(sample_count = 3, sample_size = 1)]

@@ -68,10 +68,6 @@ fn f32_fitted_pair_by_pair(bencher: Bencher<'_, '_>) {
     pair_by_pair(bencher, |wi, wo| batch.terms(wi.as_vec3(), wo.as_vec3()).map(|t| t.brdf));
 }
 
-fn available() -> impl Iterator<Item = InstructionSet> {
-    InstructionSet::ALL.into_iter().filter(|set| set.is_available())
-}
-
 fn batch(bencher: Bencher<'_, '_>, kind: MaskingKind, set: InstructionSet) {
     let batch = SgdBatch::new(material(), kind).with_instruction_set(set);
     let (wi, wo) = (directions(1), directions(2));
@@ -87,12 +83,12 @@ fn batch(bencher: Bencher<'_, '_>, kind: MaskingKind, set: InstructionSet) {
     });
 }
 
-#[divan::bench(args = available())]
+#[divan::bench(args = InstructionSet::available())]
 fn batch_fitted(bencher: Bencher<'_, '_>, set: &InstructionSet) {
     batch(bencher, MaskingKind::Fitted, *set);
 }
 
-#[divan::bench(args = available())]
+#[divan::bench(args = InstructionSet::available())]
 fn batch_exact(bencher: Bencher<'_, '_>, set: &InstructionSet) {
     batch(bencher, MaskingKind::Exact, *set);
 }

@@ -116,7 +116,7 @@ fn results_do_not_depend_on_length_place_or_alignment() {
     let material = &find("gold-paint").expect("catalogue").material;
     let mut rng = Pcg64Mcg::seed_from_u64(2);
     let all = &Directions::spread(material, &mut rng)[3];
-    for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
+    for set in InstructionSet::available() {
         for kind in [MaskingKind::Fitted, MaskingKind::Exact] {
             let batch = SgdBatch::new(material, kind).with_instruction_set(set);
             let whole = all.eval(&batch);

@@ -26,6 +26,20 @@ pub struct Side {
     pub goal: [Lanes; 3],
 }
 
+/// A lobe at the pairs of a block, and its derivative by the unknown that sets its width.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LobeSamples {
+    /// The lobe.
+    pub value: Lanes,
+    /// Its derivative.
+    pub slope: Lanes,
+}
+
+impl LobeSamples {
+    /// No lobe.
+    pub const ZERO: Self = Self { value: [0.0; LANES], slope: [0.0; LANES] };
+}
+
 impl Target {
     /// The pairs with what a fit in `metric` aims at.
     #[must_use]

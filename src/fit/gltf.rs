@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::brdf::gltf::{DIELECTRIC_F0, GltfBrdf, coat_fresnel, ggx_lobe, schlick_weight};
 use crate::brdf::one_lobe::{ggx_lambda, ggx_lambda_slope, ggx_ndf_slope};
-use crate::fit::block::Block;
+use crate::fit::block::{Block, LobeSamples};
 use crate::fit::metric::Metric;
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
@@ -218,13 +218,6 @@ impl Fixed {
     }
 }
 
-/// A lobe V·D at the pairs of a block, and its derivative by roughness.
-#[derive(Clone, Copy)]
-struct LobeSamples {
-    value: Lanes,
-    slope: Lanes,
-}
-
 struct Search {
     metric: Metric,
     set: InstructionSet,
@@ -407,7 +400,7 @@ fn lowest(minima: impl Iterator<Item = Minimum>) -> Minimum {
 #[inline(always)]
 fn lobe_samples(roughness: f64, fixed: &Fixed) -> LobeSamples {
     let alpha = roughness * roughness;
-    let mut samples = LobeSamples { value: [0.0; LANES], slope: [0.0; LANES] };
+    let mut samples = LobeSamples::ZERO;
     for l in 0..LANES {
         let [cot_i, cot_o] = [fixed.cot_theta[0][l], fixed.cot_theta[1][l]];
         let [cos_i, cos_o] = [fixed.cos_theta[0][l], fixed.cos_theta[1][l]];
@@ -489,6 +482,23 @@ mod tests {
             assert!(residuals.cube_root.iter().all(|r| *r < 0.3), "{residuals:?}");
         }
     }
+
+    #[test]
+    fn every_instruction_set_sums_to_the_same_bits() {
+        let target = Target::new(&find("gold-paint").expect("in the catalogue").material);
+        let x = [0.8, 0.1, 0.2, 0.3, 0.4, 0.3, 0.2, 0.3, 0.5, 0.7, 0.2];
+        let x = DVector::from_column_slice(&x);
+        let on = |set: InstructionSet| {
+            let search = Search { set, ..Search::new(&target, Metric::default()) };
+            let [lobe, coat] = [ROUGHNESS, COAT_ROUGHNESS].map(|at| search.lobe(x[at]));
+            [search.equations(&x, &lobe), search.coated_equations(&x, &lobe, &coat)]
+        };
+        let baseline = on(InstructionSet::Baseline);
+        for set in InstructionSet::available() {
+            assert!(on(set) == baseline, "{}", set.name());
+        }
+    }
+
     /// What the search takes for a coated material is the material: each pair lit from both sides.
     #[test]
     fn the_search_sums_what_the_material_is() {

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::brdf::one_lobe::{
     Distribution, OneLobeBrdf, OneLobeChannel, SCALE_OF_RHO_S, ScaledFresnel,
 };
-use crate::fit::block::Block;
+use crate::fit::block::{Block, LobeSamples};
 use crate::fit::metric::Metric;
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
@@ -102,13 +102,6 @@ struct LobeSample {
     slope: f64,
 }
 
-/// The same at the pairs of a block.
-#[derive(Clone, Copy)]
-struct LobeSamples {
-    value: Lanes,
-    slope: Lanes,
-}
-
 impl<'a> Search<'a> {
     fn new(target: &'a Target, distribution: Distribution, metric: Metric) -> Self {
         let share = |i: usize| target.lanes(|pair| fresnel_basis(pair.cos_theta_d)[i], 0.0);
@@ -183,7 +176,7 @@ impl<'a> Search<'a> {
     fn lobe(&self, log_alpha: f64) -> Vec<LobeSamples> {
         let alpha = log_alpha.exp();
         let block = |pairs: &[Pair]| {
-            let mut samples = LobeSamples { value: [0.0; LANES], slope: [0.0; LANES] };
+            let mut samples = LobeSamples::ZERO;
             for (l, pair) in pairs.iter().enumerate() {
                 let LobeSample { value, slope } = lobe_sample(self.distribution, alpha, pair);
                 (samples.value[l], samples.slope[l]) = (value, slope);

@@ -48,10 +48,21 @@ impl InstructionSet {
         }
     }
 
+    /// The sets of this machine, widest last.
+    pub fn available() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(|set| set.is_available())
+    }
+
+    /// This set, or the widest where this machine lacks it.
+    #[must_use]
+    pub fn or_widest(self) -> Self {
+        if self.is_available() { self } else { Self::widest() }
+    }
+
     /// The widest set of this machine.
     #[must_use]
     pub fn widest() -> Self {
-        Self::ALL.into_iter().rfind(|set| set.is_available()).unwrap_or(Self::Baseline)
+        Self::available().last().unwrap_or(Self::Baseline)
     }
 }
 
@@ -60,8 +71,8 @@ impl InstructionSet {
 /// sums and another for the baseline.
 ///
 /// The only unsafe code of the crate: calling a function compiled for instructions that a machine
-/// might lack. Whoever holds an [`InstructionSet`] other than the baseline has asked
-/// [`InstructionSet::is_available`].
+/// might lack. Whoever passes an [`InstructionSet`] has it from [`InstructionSet::widest`] or
+/// [`InstructionSet::or_widest`].
 macro_rules! per_instruction_set {
     ($name:ident $(<$arithmetic:ident: $wide:ty, baseline $baseline:ty>)?
      ($($argument:ident: $type:ty),* $(,)?) -> $output:ty $body:block) => {

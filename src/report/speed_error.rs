@@ -217,7 +217,6 @@ impl Reflectance for OneByOne {
 }
 
 fn batches(material: &Material) -> Vec<Method> {
-    let available = InstructionSet::ALL.into_iter().filter(|set| set.is_available());
     let kinds = [
         (MaskingKind::Exact, "exact", EXACT_PARAMETERS),
         (MaskingKind::Fitted, "fitted", FITTED_PARAMETERS),
@@ -230,7 +229,7 @@ fn batches(material: &Material) -> Vec<Method> {
             })
         })
     };
-    available.flat_map(method).collect()
+    InstructionSet::available().flat_map(method).collect()
 }
 
 fn tables(material: &Material, width: usize, depth: Depth) -> Result<[Method; 2], BakeError> {

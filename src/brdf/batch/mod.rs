@@ -85,7 +85,7 @@ impl SgdBatch {
     /// The same on another instruction set; on the widest where this machine lacks it.
     #[must_use]
     pub fn with_instruction_set(mut self, set: InstructionSet) -> Self {
-        self.set = if set.is_available() { set } else { InstructionSet::widest() };
+        self.set = set.or_widest();
         self
     }
 
