@@ -57,7 +57,8 @@ fn sharp_and_rough_materials_keep_every_tolerance() {
 
 #[test]
 fn the_3d_table_keeps_its_tolerance() {
-    for name in ["chrome-steel", "blue-fabric"] {
+    // The first search for yellow-plastic misses its worst probe.
+    for name in ["chrome-steel", "blue-fabric", "yellow-plastic"] {
         let wanted = Request { quantities: vec![Quantity::Brdf3d], ..request(1e-2) };
         let baked = bake(&[material(name)], &wanted).expect("within reach");
         let [table] = &baked.tables[..] else { panic!("one row, one table") };

@@ -289,6 +289,10 @@ fn fill_albedo(rows: &[Row], request: &Request) -> Result<Table, BakeError> {
     Ok(table)
 }
 
+/// Searches for a 3D table: where the verification finds a worse probe than the search had seen, it
+/// counts in the next.
+const SEARCHES: usize = 4;
+
 /// The 3D table of a row, verified at probes that the search has not seen, of every material that
 /// uses it.
 fn fill_volume(
@@ -298,23 +302,33 @@ fn fill_volume(
     sampled: &[Sampled<'_>],
     request: &Request,
 ) -> Result<Table, BakeError> {
+    const SEEDS: usize = 3;
     let users = || sampled.iter().zip(placed).filter(|(_, p)| p.row == Some(row)).map(|(s, _)| s);
-    let seen: Vec<Probe> = users().flat_map(|s| s.probes.clone()).collect();
-    let unseen: Vec<Probe> =
-        users().flat_map(|s| (1..4).flat_map(|seed| probes(&s.channels, seed))).collect();
-    let mut table = match request.extent {
-        Extent::Size(n) if !volume::AXIS.contains(&n) => {
-            return Err(BakeError::Volume { found: n });
+    let mut seen: Vec<Probe> = users().flat_map(|s| s.probes.clone()).collect();
+    let mut search = 0;
+    loop {
+        let seeds = 1 + search * SEEDS..=(search + 1) * SEEDS;
+        let unseen: Vec<Probe> = users()
+            .flat_map(|s| seeds.clone().flat_map(|seed| probes(&s.channels, seed)))
+            .collect();
+        let mut table = match request.extent {
+            Extent::Size(n) if !volume::AXIS.contains(&n) => {
+                return Err(BakeError::Volume { found: n });
+            }
+            Extent::Size(n) => {
+                volume::tabulate(&rows[row], row, [n; 3], request.depths.candidates()[0])
+            }
+            Extent::Tolerance(e) => volume::smallest(&rows[row], row, &seen, e, request.depths)?,
+        };
+        let error = volume::measure(&table, &seen).max(volume::measure(&table, &unseen));
+        let kept = request.keeps(error);
+        search += 1;
+        if kept.is_ok() || search == SEARCHES {
+            table.error.measured = Some(error);
+            return kept.map(|()| table);
         }
-        Extent::Size(n) => {
-            volume::tabulate(&rows[row], row, [n; 3], request.depths.candidates()[0])
-        }
-        Extent::Tolerance(e) => volume::smallest(&rows[row], row, &seen, e, request.depths)?,
-    };
-    let error = volume::measure(&table, &seen).max(volume::measure(&table, &unseen));
-    request.keeps(error)?;
-    table.error.measured = Some(error);
-    Ok(table)
+        seen.extend(unseen);
+    }
 }
 
 /// The tables of the factors of f, of the size asked for or of the smallest that keeps the
