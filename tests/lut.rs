@@ -55,6 +55,14 @@ fn sharp_and_rough_materials_keep_every_tolerance() {
     }
 }
 
+/// The verification finds a probe that refuses the first search's textures.
+#[test]
+fn a_search_that_missed_the_worst_goes_on() {
+    let baked = bake(&[material("yellow-paint")], &request(3e-4)).expect("within reach");
+    let measured = baked.tables[0].error.measured.expect("measured");
+    assert!(measured <= 3e-4, "{measured:e}");
+}
+
 #[test]
 fn the_3d_table_keeps_its_tolerance() {
     // The first search for yellow-plastic misses its worst probe.

@@ -289,12 +289,31 @@ fn fill_albedo(rows: &[Row], request: &Request) -> Result<Table, BakeError> {
     Ok(table)
 }
 
-/// Searches for a 3D table: where the verification finds a worse probe than the search had seen, it
-/// counts in the next.
-const SEARCHES: usize = 4;
+/// What a search finds at the probes it has `seen`, with its largest error there and at probes it
+/// has not seen; where these refuse it, they count in the next search.
+fn verified<T, P>(
+    request: &Request,
+    mut seen: Vec<P>,
+    unseen: impl Fn(usize) -> Vec<P>,
+    search: impl Fn(&[P]) -> Result<T, BakeError>,
+    measure: impl Fn(&T, &[P]) -> f64,
+) -> Result<(T, f64), BakeError> {
+    const SEARCHES: usize = 4;
+    let mut round = 0;
+    loop {
+        let unseen = unseen(round);
+        let found = search(&seen)?;
+        let error = measure(&found, &seen).max(measure(&found, &unseen));
+        round += 1;
+        match request.keeps(error) {
+            Ok(()) => return Ok((found, error)),
+            Err(refused) if round == SEARCHES => return Err(refused),
+            Err(_) => seen.extend(unseen),
+        }
+    }
+}
 
-/// The 3D table of a row, verified at probes that the search has not seen, of every material that
-/// uses it.
+/// The 3D table of a row, verified for every material that uses it.
 fn fill_volume(
     rows: &[Row],
     row: usize,
@@ -304,35 +323,26 @@ fn fill_volume(
 ) -> Result<Table, BakeError> {
     const SEEDS: usize = 3;
     let users = || sampled.iter().zip(placed).filter(|(_, p)| p.row == Some(row)).map(|(s, _)| s);
-    let mut seen: Vec<Probe> = users().flat_map(|s| s.probes.clone()).collect();
-    let mut search = 0;
-    loop {
-        let seeds = 1 + search * SEEDS..=(search + 1) * SEEDS;
-        let unseen: Vec<Probe> = users()
-            .flat_map(|s| seeds.clone().flat_map(|seed| probes(&s.channels, seed)))
-            .collect();
-        let mut table = match request.extent {
-            Extent::Size(n) if !volume::AXIS.contains(&n) => {
-                return Err(BakeError::Volume { found: n });
-            }
-            Extent::Size(n) => {
-                volume::tabulate(&rows[row], row, [n; 3], request.depths.candidates()[0])
-            }
-            Extent::Tolerance(e) => volume::smallest(&rows[row], row, &seen, e, request.depths)?,
-        };
-        let error = volume::measure(&table, &seen).max(volume::measure(&table, &unseen));
-        let kept = request.keeps(error);
-        search += 1;
-        if kept.is_ok() || search == SEARCHES {
-            table.error.measured = Some(error);
-            return kept.map(|()| table);
+    let seen: Vec<Probe> = users().flat_map(|s| s.probes.clone()).collect();
+    let unseen = |round: usize| -> Vec<Probe> {
+        let seeds = 1 + round * SEEDS..=(round + 1) * SEEDS;
+        users().flat_map(|s| seeds.clone().flat_map(|seed| probes(&s.channels, seed))).collect()
+    };
+    let search = |seen: &[Probe]| match request.extent {
+        Extent::Size(n) if !volume::AXIS.contains(&n) => Err(BakeError::Volume { found: n }),
+        Extent::Size(n) => {
+            Ok(volume::tabulate(&rows[row], row, [n; 3], request.depths.candidates()[0]))
         }
-        seen.extend(unseen);
-    }
+        Extent::Tolerance(e) => volume::smallest(&rows[row], row, seen, e, request.depths),
+    };
+    let (mut table, error) =
+        verified(request, seen, unseen, search, |table, probes| volume::measure(table, probes))?;
+    table.error.measured = Some(error);
+    Ok(table)
 }
 
 /// The tables of the factors of f, of the size asked for or of the smallest that keeps the
-/// tolerance, verified at probes that the search has not seen.
+/// tolerance, verified.
 fn fill_factors(
     rows: &[Row],
     placed: &[Placed],
@@ -347,20 +357,23 @@ fn fill_factors(
     let subject = |placed: &Placed, probes| {
         placed.row.map(|row| Subject::new(rows, row, placed.ndf_peak, probes))
     };
-    let unseen = sampled.par_iter().zip(placed).map(|(s, p)| subject(p, probes(&s.channels, 1)));
-    let unseen: Vec<Subject> = unseen.flatten_iter().collect();
-    let seen = sampled.into_iter().zip(placed).filter_map(|(s, p)| subject(p, s.probes));
-    let seen: Vec<Subject> = seen.collect();
-    let mut tables: Vec<Table> = match request.extent {
+    let (channels, sampled): (Vec<_>, Vec<_>) =
+        sampled.into_iter().map(|s| (s.channels, s.probes)).unzip();
+    let seen = sampled.into_iter().zip(placed).filter_map(|(probes, p)| subject(p, probes));
+    let unseen = |round: usize| -> Vec<Subject> {
+        let of_material = |(c, p): (_, &Placed)| subject(p, probes(c, 1 + round));
+        channels.par_iter().zip(placed).map(of_material).flatten_iter().collect()
+    };
+    let search = |seen: &[Subject]| match request.extent {
         Extent::Size(width) => {
             let depth = request.depths.candidates()[0];
-            terms.iter().map(|term| tabulate(*term, rows, width, depth)).collect()
+            Ok(terms.iter().map(|term| tabulate(*term, rows, width, depth)).collect())
         }
-        Extent::Tolerance(e) => budget::smallest(rows, &seen, &terms, e, request.depths)?,
+        Extent::Tolerance(e) => budget::smallest(rows, seen, &terms, e, request.depths),
     };
     let filters = [Filter::Fetched, Filter::Hardware];
-    let error = measure(&unseen, &tables, &filters).max(measure(&seen, &tables, &filters));
-    request.keeps(error)?;
+    let largest = |tables: &Vec<Table>, subjects: &[Subject]| measure(subjects, tables, &filters);
+    let (mut tables, error) = verified(request, seen.collect(), unseen, search, largest)?;
     for table in &mut tables {
         table.error.measured = Some(error);
     }
