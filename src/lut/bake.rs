@@ -335,8 +335,7 @@ fn fill_volume(
         }
         Extent::Tolerance(e) => volume::smallest(&rows[row], row, seen, e, request.depths),
     };
-    let (mut table, error) =
-        verified(request, seen, unseen, search, |table, probes| volume::measure(table, probes))?;
+    let (mut table, error) = verified(request, seen, unseen, search, volume::measure)?;
     table.error.measured = Some(error);
     Ok(table)
 }
