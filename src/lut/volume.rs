@@ -284,7 +284,9 @@ pub fn smallest(
         1.0 + cells * (3.0 * error / aim).sqrt()
     });
     let mut best = f64::INFINITY;
-    for depth in depths.candidates() {
+    // Where the aim is out of reach the tolerance may not be: the verification will tell.
+    let limits = [aim, tolerance].into_iter();
+    for (limit, depth) in limits.flat_map(|e| depths.candidates().iter().map(move |d| (e, *d))) {
         let mut keeps = |growth: f64| {
             let size = expected.map(|n| {
                 (n * growth).ceil().clamp(*AXIS.start() as f64, *AXIS.end() as f64) as usize
@@ -292,10 +294,10 @@ pub fn smallest(
             if size.iter().product::<usize>() > MOST_TEXELS {
                 return None;
             }
-            let table = tabulate(row, index, size, *depth);
+            let table = tabulate(row, index, size, depth);
             let error = measure(&table, probes);
             best = best.min(error);
-            (error <= aim).then_some(table)
+            (error <= limit).then_some(table)
         };
         if let Some(table) = least(4.0, &mut keeps) {
             return Ok(table);
