@@ -39,6 +39,8 @@ pub const MOST_TEXELS: usize = 1 << 26;
 const END: f64 = 30.0;
 /// D/q below which nothing is stored: half floats end far above, and denormal f32 are slow.
 const FAINTEST: f64 = 1e-30;
+/// Beyond so many times the expected size it is rounding, not size, that limits the error.
+const MOST_GROWTH: f64 = 4.0;
 /// What a search aims at: cells are many, so probes miss the worst by more than in 2D.
 const SEARCH_SHARE: f64 = 0.8;
 /// The sizes of the tables, one axis coarse each, that tell how fast an axis converges.
@@ -283,23 +285,26 @@ pub fn smallest(
         let cells = (REFERENCE[axis][axis] - 1) as f64;
         1.0 + cells * (3.0 * error / aim).sqrt()
     });
+    let grown = |growth: f64| -> [usize; 3] {
+        let end = |n: f64| n.ceil().clamp(*AXIS.start() as f64, *AXIS.end() as f64) as usize;
+        expected.map(|n| end(n * growth))
+    };
+    let fits = |growth: &f64| grown(*growth).iter().product::<usize>() <= MOST_TEXELS;
+    let mut growths = (0..200).map(|k| MOST_GROWTH * 0.95_f64.powi(k));
+    let Some(largest) = growths.find(fits) else {
+        return Err(BakeError::NotReached { tolerance, best: f64::INFINITY });
+    };
     let mut best = f64::INFINITY;
     // Where the aim is out of reach the tolerance may not be: the verification will tell.
     let limits = [aim, tolerance].into_iter();
     for (limit, depth) in limits.flat_map(|e| depths.candidates().iter().map(move |d| (e, *d))) {
         let mut keeps = |growth: f64| {
-            let size = expected.map(|n| {
-                (n * growth).ceil().clamp(*AXIS.start() as f64, *AXIS.end() as f64) as usize
-            });
-            if size.iter().product::<usize>() > MOST_TEXELS {
-                return None;
-            }
-            let table = tabulate(row, index, size, depth);
+            let table = tabulate(row, index, grown(growth), depth);
             let error = measure(&table, probes);
             best = best.min(error);
             (error <= limit).then_some(table)
         };
-        if let Some(table) = least(4.0, &mut keeps) {
+        if let Some(table) = least(largest, &mut keeps) {
             return Ok(table);
         }
     }
