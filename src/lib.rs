@@ -21,7 +21,7 @@ pub mod brdf;
 // off pub mod cli;
 // off pub mod encode;
 pub mod fit;
-// off pub mod lut;
+pub mod lut;
 pub mod material;
 pub mod math;
 pub mod microfacet;

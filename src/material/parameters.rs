@@ -341,6 +341,13 @@ impl Material {
         &self.lobes
     }
 
+    /// The material with `change` made to each lobe.
+    #[must_use]
+    pub fn map_lobes(mut self, change: impl Fn(LobeParams) -> LobeParams) -> Self {
+        self.lobes = self.lobes.into_iter().map(change).collect();
+        self
+    }
+
     /// The lobe that alone colours each channel, where no channel has two: the form of the paper's
     /// table. A channel that no lobe colours gets the lobe of its index, or the last.
     #[must_use]
