@@ -7,7 +7,7 @@ use crate::lut::axis::{Axis, Variable, Warp};
 use crate::lut::quantity::{Encoding, Factor, Quantity};
 use crate::lut::row::{Row, Rows};
 use crate::lut::table::{Depth, ErrorNote, Table, Texels};
-use crate::microfacet::{Distribution as _, Sgd, grazing_limit};
+use crate::microfacet::{Sgd, grazing_limit};
 
 /// The texel whose exponential is an exact 0 in every precision: the lowest half float.
 pub const ZERO_TEXEL: f64 = -65504.0;
