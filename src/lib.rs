@@ -17,6 +17,7 @@
 //! the reflectance of a pair of directions. Each module names only modules to its left;
 //! ARCHITECTURE.md holds the table and a test keeps it.
 
+pub mod asset;
 pub mod brdf;
 pub mod cli;
 pub mod encode;

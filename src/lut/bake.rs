@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::brdf::ChannelBrdf;
 use crate::lut::axis::Axis;
@@ -100,7 +100,7 @@ pub struct Baked {
 }
 
 /// A channel whose lobe is not stored.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// The material.
     pub material: String,
