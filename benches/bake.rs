@@ -5,7 +5,7 @@ use divan::{Bencher, black_box};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use sgdbake::brdf::ChannelBrdf;
 use sgdbake::brdf::batch::InstructionSet;
-use sgdbake::encode::{exr, ktx2};
+use sgdbake::encode::{Format, encode};
 use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Row, albedo, bake, volume};
 use sgdbake::material::{Material, catalog, find};
 use sgdbake::microfacet::masking::MaskingKind;
@@ -51,13 +51,13 @@ fn volume_256_on(bencher: Bencher<'_, '_>, set: &InstructionSet) {
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn volume_256_as_ktx2(bencher: Bencher<'_, '_>) {
     let table = volume::tabulate(&row("gold-paint"), 0, [256; 3], Depth::Half);
-    bencher.bench(|| ktx2::encode(black_box(&table), "brdf3d-0.ktx2"));
+    bencher.bench(|| encode(black_box(&table), Format::Ktx2));
 }
 
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn volume_256_as_exr(bencher: Bencher<'_, '_>) {
     let table = volume::tabulate(&row("gold-paint"), 0, [256; 3], Depth::Half);
-    bencher.bench(|| exr::encode(black_box(&table), "brdf3d-0.exr"));
+    bencher.bench(|| encode(black_box(&table), Format::Exr));
 }
 
 /// 43 materials, three moments each, at 128 angles: 129 × 128 texels of three channels, from at

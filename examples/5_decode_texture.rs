@@ -6,7 +6,7 @@
 use std::io::Cursor;
 
 use exr::prelude::{ReadChannels as _, ReadLayers as _, read};
-use sgdbake::encode::exr as texture;
+use sgdbake::encode::{Format, encode};
 use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Warp, bake};
 use sgdbake::material::find;
 use sgdbake::microfacet::SgdNdf;
@@ -21,7 +21,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         depths: Depths::Only(Depth::Half),
     };
     let baked = bake(&[material], &request)?;
-    let red = red_texels(&texture::encode(&baked.tables[0], "ndf.exr"))?;
+    let red = red_texels(&encode(&baked.tables[0], Format::Exr)?)?;
     let Some(Warp::Log1p { scale, max }) = &baked.tables[0].axes[0].warp else {
         return Err("the axis of ndf is log1p".into());
     };

@@ -4,9 +4,8 @@
 use std::{fs, io, path::Path};
 
 use sgdbake::{
-    cli::{assignment, inspect},
     material,
-    scene::{Pattern, Scene, SlotId, resolve},
+    scene::{Assignment, Contents, Pattern, Scene, SlotId, resolve},
 };
 
 /// A .glb.
@@ -37,7 +36,7 @@ pub fn material(bytes: &[u8]) {
 
 /// An assignment file, its patterns resolved.
 pub fn assignment(bytes: &[u8]) {
-    let Ok(assignments) = assignment::parse(&String::from_utf8_lossy(bytes)) else { return };
+    let Ok(assignments) = Assignment::parse_file(&String::from_utf8_lossy(bytes)) else { return };
     let patterns: Vec<_> =
         assignments.into_iter().map(|a| (Pattern::new(&a.slot), a.material)).collect();
     if let Ok(ball) = Scene::ball(2) {
@@ -47,8 +46,8 @@ pub fn assignment(bytes: &[u8]) {
 
 /// A manifest, and the same bytes as a texture.
 pub fn manifest(bytes: &[u8]) {
-    let _ = inspect::of_manifest(&String::from_utf8_lossy(bytes));
-    let _ = inspect::of_texture(bytes);
+    let _ = Contents::of_manifest(&String::from_utf8_lossy(bytes));
+    let _ = Contents::of_texture(bytes);
 }
 
 /// Opens a scene with files beside it, and exports it with every slot assigned to both containers.
@@ -61,8 +60,8 @@ fn scene(name: &str, bytes: &[u8], beside: &[(&str, &[u8])]) {
     }
     let Ok(scene) = Scene::open(&path) else { return };
     let slots = scene.slots();
-    let replacement = super::replacement();
-    let assigned: Vec<_> = slots.iter().map(|slot| (slot.id, &replacement)).collect();
+    let asset = super::asset();
+    let assigned: Vec<_> = slots.iter().map(|slot| (slot.id, &asset)).collect();
     for target in ["out.glb", "out.gltf"] {
         let target = folder.path().join(target);
         for assigned in [&assigned[..], &[]] {

@@ -17,14 +17,15 @@
 //! the reflectance of a pair of directions. Each module names only modules to its left;
 //! ARCHITECTURE.md holds the table and a test keeps it.
 
+pub mod asset;
 pub mod brdf;
 // off pub mod cli;
-// off pub mod encode;
+pub mod encode;
 pub mod fit;
 pub mod lut;
 pub mod material;
 pub mod math;
 pub mod microfacet;
-// off pub mod preview;
-// off pub mod report;
-// off pub mod scene;
+pub mod preview;
+pub mod report;
+pub mod scene;

@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use serde::Serialize;
 
+use crate::asset::build;
 use crate::cli::assignment::{Assigned, AssignmentArguments};
-use crate::cli::dressing::replacements;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, refuse_foreign, write_with, written_by_sgdbake};
 use crate::cli::selection::ExtentArguments;
+use crate::encode::Format;
 use crate::lut::{Depths, Quantity, Request};
+use crate::material::Material;
 use crate::microfacet::masking::MaskingKind;
 use crate::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
 
@@ -103,10 +105,10 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         extent: arguments.extent.into(),
         depths: Depths::Smallest,
     };
-    let replacements = replacements(&assigned.materials, &request)?;
+    let materials: Vec<&Material> = assigned.materials.iter().collect();
+    let assets = build(&materials, &request, Format::Exr)?.assets;
     let pairs = slots.iter().zip(&assigned.by_slot);
-    let replaced: Vec<_> =
-        pairs.filter_map(|(slot, m)| Some((slot.id, &replacements[(*m)?]))).collect();
+    let replaced: Vec<_> = pairs.filter_map(|(slot, m)| Some((slot.id, &assets[(*m)?]))).collect();
     let scene = if arguments.prune { scene.pruned(&replaced)? } else { scene };
     let export = scene.export(&replaced, &arguments.output)?;
     let files = changed(&export.files);

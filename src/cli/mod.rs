@@ -10,7 +10,6 @@ pub mod selection;
 mod audit;
 mod bake;
 mod completions;
-mod dressing;
 mod eval;
 mod evaluator;
 mod export;

@@ -9,17 +9,18 @@ use std::{
 };
 
 use base64::{Engine, prelude::BASE64_STANDARD};
-use serde_json::{Value, json};
 
 use super::{
-    Attachment, Bytes, Container, Replacement, Scene, SceneError, SlotId, Source,
+    Bytes, Container, Scene, SceneError, SlotId, Source,
     draft::{Draft, data_uri},
     glb,
-    material::{self, CLEARCOAT, EXTENSION, SPECULAR, lookup_uris},
+    material::{self, extensions_of, lookup_uris},
     prune::replaced,
     resource::{Resource, percent_encode},
     text::{Pieces, quote},
 };
+use crate::asset::{Asset, Texture};
+use crate::encode::{Location, TextureEntry};
 
 /// What an export writes.
 #[derive(Debug)]
@@ -42,8 +43,8 @@ pub struct OutputFile {
 }
 
 impl Scene {
-    /// The files of the scene with replacements in its slots, for `target` (.glb or .gltf, which
-    /// may differ from the input's container). Without a replacement and in the input's container
+    /// The files of the scene with assets in its slots, for `target` (.glb or .gltf, which
+    /// may differ from the input's container). Without an asset and in the input's container
     /// the document comes out byte for byte. Files that the document names are part of the export
     /// where the target lies in another folder.
     ///
@@ -51,7 +52,7 @@ impl Scene {
     /// Missing resources, and what [`Container::of`] refuses.
     pub fn export(
         &self,
-        assigned: &[(SlotId, &Replacement)],
+        assigned: &[(SlotId, &Asset)],
         target: &Path,
     ) -> Result<Export, SceneError> {
         let container = Container::of(target)?;
@@ -83,8 +84,8 @@ struct Job<'s> {
     files: Vec<OutputFile>,
     /// File names taken beside the target.
     names: HashSet<PathBuf>,
-    /// Where the bytes of an attachment went: its buffer view or its address.
-    stored: HashMap<*const u8, Value>,
+    /// Where the bytes of a texture went: its buffer view or its address.
+    stored: HashMap<*const u8, Location>,
     warnings: Vec<String>,
 }
 
@@ -225,7 +226,8 @@ impl Job<'_> {
                 Err(problem) => self.warnings.push(problem.to_string()),
             }
         }
-        for (index, body) in self.scene.measured().filter(|(index, _)| !replaced.contains(index)) {
+        for (index, body) in self.scene.extensions().filter(|(index, _)| !replaced.contains(index))
+        {
             if lookup_uris(body).any(|uri| places.contains_key(uri)) {
                 self.draft.edit("materials", index, |raw| material::embedded(raw, &places))?;
             }
@@ -255,32 +257,26 @@ impl Job<'_> {
         })
     }
 
-    fn assign(&mut self, assigned: &[(SlotId, &Replacement)]) -> Result<(), SceneError> {
-        for (slot, replacement) in assigned {
+    fn assign(&mut self, assigned: &[(SlotId, &Asset)]) -> Result<(), SceneError> {
+        for (slot, asset) in assigned {
             let textures: Vec<_> =
-                replacement.textures.iter().map(|t| self.attach(t)).collect::<Result<_, _>>()?;
+                asset.textures.iter().map(|t| self.attach(t)).collect::<Result<_, _>>()?;
             match slot {
                 SlotId::Material(index) => {
                     let warnings = &mut self.warnings;
                     self.draft.edit("materials", *index, |raw| {
                         let losses = material::losses(raw)?.into_iter();
                         warnings.extend(losses.map(|loss| format!("material {index}: {loss}")));
-                        material::replace(raw, replacement, textures)
+                        material::replace(raw, asset, textures)
                     })?;
                 }
                 SlotId::Unassigned => {
-                    let material = material::replace("{}", replacement, textures)?;
+                    let material = material::replace("{}", asset, textures)?;
                     let index = self.draft.append("materials", material)?;
                     self.assign_bare_primitives(index)?;
                 }
             }
-            let extensions = [
-                Some(EXTENSION),
-                replacement.specular.map(|_| SPECULAR),
-                replacement.clearcoat.map(|_| CLEARCOAT),
-            ];
-            let extensions: Vec<_> = extensions.into_iter().flatten().collect();
-            self.draft.declare(&extensions)?;
+            self.draft.declare(extensions_of(asset))?;
         }
         Ok(())
     }
@@ -310,30 +306,29 @@ impl Job<'_> {
     }
 
     /// The extension's entry for a texture whose bytes are stored with the scene, once.
-    fn attach(&mut self, texture: &Attachment) -> Result<Value, SceneError> {
+    fn attach(&mut self, texture: &Texture) -> Result<TextureEntry, SceneError> {
         let bytes = Arc::as_ptr(&texture.bytes).cast::<u8>();
         let place = match self.stored.get(&bytes) {
             Some(place) => place.clone(),
             None => self.store(texture)?,
         };
         self.stored.insert(bytes, place.clone());
-        let mut entry = texture.entry.clone();
-        entry.extend(place.as_object().cloned().unwrap_or_default());
-        Ok(Value::Object(entry))
+        Ok(texture.entry.at(place))
     }
 
-    fn store(&mut self, texture: &Attachment) -> Result<Value, SceneError> {
+    fn store(&mut self, texture: &Texture) -> Result<Location, SceneError> {
         let bytes = Bytes::Memory(texture.bytes.clone());
         match self.container {
             Container::Glb => {
-                let view = self.draft.embed(bytes)?;
-                Ok(json!({"bufferView": view, "mimeType": texture.mime}))
+                let buffer_view = self.draft.embed(bytes)?;
+                let mime_type = texture.entry.format.mime_type().to_owned();
+                Ok(Location::BufferView { buffer_view, mime_type })
             }
             Container::Gltf => {
-                let name = self.name(&texture.file_name);
+                let name = self.name(&texture.entry.file_name());
                 let path = self.folder.join(&name);
                 self.files.push(OutputFile { path, pieces: vec![bytes], copy: false });
-                Ok(json!({"uri": percent_encode(&name)}))
+                Ok(Location::Uri { uri: percent_encode(&name) })
             }
         }
     }

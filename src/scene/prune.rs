@@ -8,12 +8,14 @@ use std::{
 };
 
 use super::{
-    Bytes, Replacement, Scene, SceneError, SlotId,
+    Bytes, Scene, SceneError, SlotId,
     draft::Draft,
-    material, members,
+    material,
     outline::Outline,
     text::{Pieces, quote},
+    walk::{self, Member},
 };
+use crate::asset::Asset;
 
 /// A white PNG of one pixel.
 const PIXEL: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
@@ -27,7 +29,7 @@ impl Scene {
     ///
     /// # Errors
     /// Materials that are no valid JSON objects.
-    pub fn pruned(self, assigned: &[(SlotId, &Replacement)]) -> Result<Self, SceneError> {
+    pub fn pruned(self, assigned: &[(SlotId, &Asset)]) -> Result<Self, SceneError> {
         let images = self.unused_images(assigned)?;
         let released = self.released(&images, assigned);
         if images.is_empty() && released.is_empty() {
@@ -37,7 +39,7 @@ impl Scene {
         for index in &images {
             draft.edit("images", *index, placeholder)?;
         }
-        let holes = self.holes(&released)?;
+        let holes = self.holes(&released);
         let (mut bin, mut removed) = (self.bin.clone(), 0);
         if let (Some(pieces), false) = (&mut bin, holes.is_empty()) {
             let all: u64 = pieces.iter().map(Bytes::len).sum();
@@ -59,22 +61,19 @@ impl Scene {
     }
 
     /// Images of textures that replaced materials let go of, and that nothing else shows.
-    fn unused_images(
-        &self,
-        assigned: &[(SlotId, &Replacement)],
-    ) -> Result<BTreeSet<usize>, SceneError> {
-        let mut replaced: BTreeMap<usize, &Replacement> = BTreeMap::new();
+    fn unused_images(&self, assigned: &[(SlotId, &Asset)]) -> Result<BTreeSet<usize>, SceneError> {
+        let mut replaced: BTreeMap<usize, &Asset> = BTreeMap::new();
         replaced.extend(assigned.iter().filter_map(|(slot, r)| Some((slot.index()?, *r))));
         let root = Pieces::object(&self.text)?;
         let materials = Pieces::array(root.get("materials").unwrap_or("[]"))?;
         let (mut before, mut after) = (BTreeSet::new(), BTreeSet::new());
         for (index, raw) in materials.values().enumerate() {
             match replaced.get(&index) {
-                Some(replacement) => {
-                    before.extend(textures(raw)?);
-                    after.extend(textures(&material::replace(raw, replacement, Vec::new())?)?);
+                Some(asset) => {
+                    before.extend(textures(raw));
+                    after.extend(textures(&material::replace(raw, asset, Vec::new())?));
                 }
-                None => after.extend(textures(raw)?),
+                None => after.extend(textures(raw)),
             }
         }
         let all = Pieces::array(root.get("textures").unwrap_or("[]"))?;
@@ -82,37 +81,33 @@ impl Scene {
         for (index, raw) in all.values().enumerate() {
             let index = index as u64;
             let unused = before.contains(&index) && !after.contains(&index);
-            if unused { &mut gone } else { &mut kept }.extend(sources(raw)?);
+            if unused { &mut gone } else { &mut kept }.extend(sources(raw));
         }
         let images = gone.difference(&kept).filter_map(|image| usize::try_from(*image).ok());
         Ok(images.filter(|image| *image < self.outline.images.len()).collect())
     }
 
     /// The buffer view of each image, and of each lookup texture of a replaced material.
-    fn released(&self, images: &BTreeSet<usize>, assigned: &[(SlotId, &Replacement)]) -> Vec<u64> {
+    fn released(&self, images: &BTreeSet<usize>, assigned: &[(SlotId, &Asset)]) -> Vec<u64> {
         let replaced = replaced(assigned);
         let mut views: Vec<u64> = images
             .iter()
             .filter_map(|image| Some(self.outline.images[*image].buffer_view?.0))
             .collect();
-        for (_, body) in self.measured().filter(|(index, _)| replaced.contains(index)) {
-            members::visit(body, &mut |key, value| {
-                views.extend(value.as_u64().filter(|_| key == "bufferView"));
-            });
+        for (_, body) in self.extensions().filter(|(index, _)| replaced.contains(index)) {
+            views.extend(numbers(&body.to_string(), |member| member.key == "bufferView"));
         }
         views
     }
 
     /// Ranges of the first buffer that only buffer views cover whose every use is in `released`.
     /// The first bytes stay, as a buffer must not be empty.
-    fn holes(&self, released: &[u64]) -> serde_json::Result<Vec<Range<u64>>> {
+    fn holes(&self, released: &[u64]) -> Vec<Range<u64>> {
         let outline = &self.outline;
         let mut users: BTreeMap<u64, usize> = BTreeMap::new();
-        members::visit(&serde_json::from_str(&self.text)?, &mut |key, value| {
-            if let ("bufferView", Some(view)) = (key, value.as_u64()) {
-                *users.entry(view).or_default() += 1;
-            }
-        });
+        for view in numbers(&self.text, |member| member.key == "bufferView") {
+            *users.entry(view).or_default() += 1;
+        }
         for view in released {
             users.entry(*view).and_modify(|count| *count -= 1);
         }
@@ -149,12 +144,12 @@ impl Scene {
             }
             merged
         });
-        Ok(holes)
+        holes
     }
 }
 
 /// The materials of the document that are replaced.
-pub(super) fn replaced(assigned: &[(SlotId, &Replacement)]) -> BTreeSet<usize> {
+pub(super) fn replaced(assigned: &[(SlotId, &Asset)]) -> BTreeSet<usize> {
     assigned.iter().filter_map(|(slot, _)| slot.index()).collect()
 }
 
@@ -168,25 +163,24 @@ fn placeholder(raw: &str) -> serde_json::Result<String> {
 }
 
 /// Texture indices in a material: `index` of every member whose name ends in `Texture`.
-fn textures(material: &str) -> serde_json::Result<Vec<u64>> {
-    let mut found = Vec::new();
-    members::visit(&serde_json::from_str(material)?, &mut |key, value| {
-        if key.ends_with("Texture") {
-            found.extend(value["index"].as_u64());
-        }
-    });
-    Ok(found)
+fn textures(material: &str) -> Vec<u64> {
+    numbers(material, |member| {
+        member.key == "index" && member.parent.is_some_and(|parent| parent.ends_with("Texture"))
+    })
 }
 
 /// Image indices in a texture: its own `source` and those of its extensions.
-fn sources(texture: &str) -> serde_json::Result<Vec<u64>> {
+fn sources(texture: &str) -> Vec<u64> {
+    numbers(texture, |member| member.key == "source")
+}
+
+/// The numbers of the members that `wanted` picks.
+fn numbers(text: &str, wanted: impl Fn(&Member<'_>) -> bool) -> Vec<u64> {
     let mut found = Vec::new();
-    members::visit(&serde_json::from_str(texture)?, &mut |key, value| {
-        if key == "source" {
-            found.extend(value.as_u64());
-        }
+    walk::visit(text, &mut |member| {
+        found.extend(member.index().filter(|_| wanted(member)));
     });
-    Ok(found)
+    found
 }
 
 /// The pieces without the holes, which are in order and apart.
