@@ -10,6 +10,7 @@ pub mod front;
 pub mod heat;
 pub mod machine;
 pub mod number;
+pub mod parameters;
 pub mod polar;
 pub mod sheet;
 pub mod sheet_page;
