@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::brdf::Terms;
 use crate::cli::evaluator::{Evaluation, Evaluator};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection::{self, Direction};
-use crate::material::Channel;
+use sgdbake::brdf::Terms;
+use sgdbake::material::Channel;
 
 /// Evaluates the reflectance for pairs of directions, one result a line.
 ///

@@ -3,20 +3,39 @@
 use clap::ValueEnum;
 use glam::DVec3;
 
-use crate::brdf::{Factors, SgdBatch, SgdBrdf, Terms};
-use crate::material::Material;
-use crate::math::direction::cos_sin_degrees;
-use crate::microfacet::masking::MaskingKind;
+use sgdbake::brdf::{Factors, SgdBatch, SgdBrdf, Terms};
+use sgdbake::material::Material;
+use sgdbake::math::direction::cos_sin_degrees;
+use sgdbake::microfacet::masking::MaskingKind;
 
 /// How to evaluate.
 #[derive(Debug, clap::Args)]
 pub struct Evaluation {
     /// The masking function
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingKind,
+    masking: MaskingChoice,
     /// The arithmetic: the reference in f64, or the f32 batch path
     #[arg(long, value_enum, default_value_t)]
     precision: Precision,
+}
+
+/// A masking function by its name on the command line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum MaskingChoice {
+    /// Smith's masking of the distribution, exactly
+    #[default]
+    Exact,
+    /// The paper's three-parameter fit
+    Fitted,
+}
+
+impl From<MaskingChoice> for MaskingKind {
+    fn from(choice: MaskingChoice) -> Self {
+        match choice {
+            MaskingChoice::Exact => Self::Exact,
+            MaskingChoice::Fitted => Self::Fitted,
+        }
+    }
 }
 
 /// Which arithmetic to evaluate in.
@@ -34,8 +53,8 @@ impl Evaluation {
     #[must_use]
     pub fn of(&self, material: &Material) -> Evaluator {
         match self.precision {
-            Precision::F64 => Evaluator::Double(SgdBrdf::new(material, self.masking)),
-            Precision::F32 => Evaluator::Single(SgdBatch::new(material, self.masking)),
+            Precision::F64 => Evaluator::Double(SgdBrdf::new(material, self.masking.into())),
+            Precision::F32 => Evaluator::Single(SgdBatch::new(material, self.masking.into())),
         }
     }
 }

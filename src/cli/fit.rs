@@ -1,26 +1,21 @@
 //! `sgdbake fit`: the best fits, how far they are and how far they look.
 
-use std::hint::black_box;
-use std::time::Instant;
-
 use clap::ValueEnum;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::brdf::{ChannelBrdf, Distribution, LobesBrdf, OneLobeBrdf, Reflectance, SgdBrdf};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection::Materials;
-use crate::fit::gltf::GltfFit;
-use crate::fit::lobes::{LobesFit, MOST_LOBES};
-use crate::fit::one_lobe::OneLobeFit;
-use crate::fit::target::Residuals;
-use crate::fit::{Metric, Reason, Target, gltf, lobes, one_lobe};
-use crate::material::Material;
-use crate::microfacet::masking::MaskingKind;
-use crate::preview::Film;
-use crate::preview::ball::{KEY_LIGHT, under_sun};
+use sgdbake::brdf::{Distribution, LobesBrdf, OneLobeBrdf, Reflectance};
+use sgdbake::fit::gltf::GltfFit;
+use sgdbake::fit::lobes::{LobesFit, MOST_LOBES};
+use sgdbake::fit::one_lobe::OneLobeFit;
+use sgdbake::fit::target::Residuals;
+use sgdbake::fit::{Metric, Reason, Target, gltf, lobes, one_lobe};
+use sgdbake::material::Material;
+use sgdbake::report::appearance::{Appearance, ReferenceBall, evaluation_ns};
 
 /// Fits simpler models to materials and prints their parameters, residuals, the colour difference
 /// of a ball under one light, and what an evaluation costs.
@@ -70,18 +65,6 @@ enum Fit {
     Gltf(GltfFit),
 }
 
-/// How a fit compares as a picture and as a computation.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Appearance {
-    /// Which of the fit's reflectances.
-    of: &'static str,
-    /// Mean and largest ΔE2000 of a ball under one light.
-    delta_e_mean: f64,
-    delta_e_max: f64,
-    /// Measured time of one RGB evaluation.
-    evaluation_ns: f64,
-}
-
 /// A material's fit in one model.
 #[derive(Serialize)]
 struct Line<'a> {
@@ -126,24 +109,18 @@ struct Pictured {
     delta_e: [f64; 2],
 }
 
-/// Width and height of the ball in pixels.
-const BALL: usize = 32;
 /// Every so many of the target's pairs is evaluated for the time of an evaluation.
 const TIMED: usize = 4;
-/// Relative accuracy of the exact masking of the ball: far below what 8 bits show.
-const ACCURACY: f64 = 1e-6;
 
 impl<'a> Study<'a> {
     fn new(material: &'a Material, arguments: &Arguments) -> Self {
         let target = Target::new(material);
-        let exact = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, ACCURACY);
-        let exact = SgdBrdf { channels: material.channels.each_ref().map(exact) };
-        let ball = under_sun(&exact, KEY_LIGHT, BALL);
+        let ball = ReferenceBall::new(material);
         let fit = |model: &Model| {
             let fit = model.fit(&target, arguments.lobes);
             let pictured = fit.reflectances(material);
             let pictured = pictured.into_iter().map(|(of, residuals, reflectance)| {
-                let delta_e = delta_e(&ball, &*reflectance);
+                let delta_e = ball.delta_e(&*reflectance);
                 Pictured { of, reflectance, residuals, delta_e }
             });
             (*model, fit.clone(), pictured.collect())
@@ -187,32 +164,12 @@ fn row(material: &str, model: &str, pictured: &Pictured, appearance: &Appearance
     )
 }
 
-/// Mean and largest ΔE2000 between a picture of the ball and the ball as `reflectance` has it.
-fn delta_e(ball: &Film, reflectance: &dyn Reflectance) -> [f64; 2] {
-    let difference = under_sun(reflectance, KEY_LIGHT, BALL).delta_e(ball);
-    [difference.mean, difference.max]
-}
-
 impl Pictured {
     fn appearance(&self, pairs: &[[DVec3; 2]]) -> Appearance {
         let [delta_e_mean, delta_e_max] = self.delta_e;
         let evaluation_ns = evaluation_ns(&*self.reflectance, pairs);
         Appearance { of: self.of, delta_e_mean, delta_e_max, evaluation_ns }
     }
-}
-
-/// Median time of one evaluation over some of the pairs \[ns\].
-fn evaluation_ns(reflectance: &dyn Reflectance, pairs: &[[DVec3; 2]]) -> f64 {
-    const REPEATS: usize = 5;
-    let mut times: [f64; REPEATS] = std::array::from_fn(|_| {
-        let start = Instant::now();
-        for [wi, wo] in pairs {
-            black_box(reflectance.eval(*wi, *wo));
-        }
-        start.elapsed().as_secs_f64() * 1e9 / pairs.len().max(1) as f64
-    });
-    times.sort_by(f64::total_cmp);
-    times[REPEATS / 2]
 }
 
 impl Model {

@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
-use crate::brdf::Factors;
 use crate::cli::evaluator::{Evaluation, Evaluator};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection;
-use crate::material::Channel;
+use sgdbake::brdf::Factors;
+use sgdbake::material::Channel;
 
 /// Prints the factors of the model against an angle: D and G1 at θ, the Fresnel factor at θd = θ.
 #[derive(Debug, clap::Args)]

@@ -10,7 +10,7 @@ use crate::microfacet::SmithTable;
 use crate::microfacet::beckmann_mixture::{BeckmannLobe, BeckmannMixture, beckmann_lambda};
 
 /// Which masking function a reflectance uses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MaskingKind {
     /// Smith's masking of the distribution, exactly
     #[default]
