@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::failure::Failure;
 use crate::cli::selection;
-use crate::material::Material;
-use crate::scene::{Assignment, Pattern, SceneError, Slot, resolve};
+use sgdbake::material::Material;
+use sgdbake::scene::{Assignment, Pattern, SceneError, Slot, resolve};
 
 /// Which slots take which materials.
 #[derive(Debug, clap::Args)]

@@ -6,8 +6,8 @@ use serde::Serialize;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection::Materials;
-use crate::report::audit::{Audit, audit};
-use crate::report::audit_page::markdown;
+use sgdbake::report::audit::{Audit, audit};
+use sgdbake::report::audit_page::markdown;
 
 /// Checks the laws of the model for materials, and reports where their numbers gain energy, leave
 /// [0, 1] or the range of half floats.

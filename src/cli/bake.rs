@@ -5,17 +5,17 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::asset::{BuildError, Product, build_with_progress};
 use crate::cli::assignment::AssignmentArguments;
+use crate::cli::evaluator::MaskingChoice;
 use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
 use crate::cli::selection::{self, ExtentArguments};
-use crate::encode::{Format, shader};
-use crate::lut::{self, BakeError, Depth, Depths, Quantity, Request, Table};
-use crate::material::{Material, catalog};
-use crate::microfacet::masking::MaskingKind;
-use crate::scene::Scene;
+use sgdbake::asset::{BuildError, Product, build_with_progress};
+use sgdbake::encode::{Format, shader};
+use sgdbake::lut::{self, BakeError, Depth, Depths, Quantity, Request, Table};
+use sgdbake::material::{Material, catalog};
+use sgdbake::scene::Scene;
 
 /// Bakes lookup textures of materials, with a manifest and shader functions that decode them.
 #[derive(Debug, clap::Args)]
@@ -40,7 +40,7 @@ pub struct Arguments {
     quantity: Vec<Quantity>,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingKind,
+    masking: MaskingChoice,
     #[command(flatten)]
     extent: ExtentArguments,
     /// The file format: exr, ktx2, or png (16-bit integers: masking, fresnel and albedo only)
@@ -162,7 +162,7 @@ fn request(arguments: &Arguments) -> Result<Request, Failure> {
     };
     Ok(Request {
         quantities: arguments.quantity.clone(),
-        masking: arguments.masking,
+        masking: arguments.masking.into(),
         extent: arguments.extent.into(),
         depths,
     })

@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use serde::Serialize;
 
-use crate::asset::build;
 use crate::cli::assignment::{Assigned, AssignmentArguments};
+use crate::cli::evaluator::MaskingChoice;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, refuse_foreign, write_with, written_by_sgdbake};
 use crate::cli::selection::ExtentArguments;
-use crate::encode::Format;
-use crate::lut::{Depths, Quantity, Request};
-use crate::material::Material;
-use crate::microfacet::masking::MaskingKind;
-use crate::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
+use sgdbake::asset::build;
+use sgdbake::encode::Format;
+use sgdbake::lut::{Depths, Quantity, Request};
+use sgdbake::material::Material;
+use sgdbake::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
 
 /// Puts measured materials into the slots of a scene. Everything that is not an assigned material
 /// comes out as it came in.
@@ -42,7 +42,7 @@ pub struct Arguments {
     prune: bool,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingKind,
+    masking: MaskingChoice,
     #[command(flatten)]
     extent: ExtentArguments,
     /// List the slots and what would be written, and write nothing
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let assigned = arguments.assignments.assigned(&slots)?;
     let request = Request {
         quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
-        masking: arguments.masking,
+        masking: arguments.masking.into(),
         extent: arguments.extent.into(),
         depths: Depths::Smallest,
     };

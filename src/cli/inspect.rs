@@ -7,8 +7,8 @@ use serde::Serialize;
 use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use crate::encode::TextureEntry;
-use crate::scene::{Contents, ContentsError, Counts, SceneContent};
+use sgdbake::encode::TextureEntry;
+use sgdbake::scene::{Contents, ContentsError, Counts, SceneContent};
 
 /// Prints what is in a scene (.glb, .gltf, .obj), a manifest, or a lookup texture (.exr, .ktx2,
 /// .png): which measured materials, and the textures' sizes and tolerances.

@@ -2,16 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
+
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, refuse_foreign, write_file};
 use crate::cli::selection;
-use crate::lut::BakeError;
-use crate::material::Material;
-use crate::preview::environment::EnvironmentError;
-use crate::preview::render::{Quality, Render, drawn_from, render};
-use crate::preview::shape::Mesh;
-use crate::preview::{Environment, Film, Model, Shape};
-use crate::scene::Scene;
+use sgdbake::lut::BakeError;
+use sgdbake::material::Material;
+use sgdbake::preview::environment::EnvironmentError;
+use sgdbake::preview::render::{Quality, Render, drawn_from, render};
+use sgdbake::preview::shape::Mesh;
+use sgdbake::preview::{Environment, Film, Model, Shape};
+use sgdbake::scene::Scene;
 
 /// Renders materials on a ball or a mesh, under the built-in lights or an environment image.
 ///
@@ -30,7 +32,7 @@ pub struct Arguments {
     output: PathBuf,
     /// The model to show
     #[arg(long, value_enum, default_value_t)]
-    model: Model,
+    model: ModelChoice,
     /// An equirectangular .hdr or .exr image in place of the built-in lights
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
@@ -52,6 +54,37 @@ pub struct Arguments {
     /// Overwrite a file that sgdbake did not write
     #[arg(long)]
     force: bool,
+}
+
+/// A model by its name on the command line.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum ModelChoice {
+    /// The measured material
+    #[default]
+    Sgd,
+    /// The best single Beckmann lobe
+    Beckmann,
+    /// The best single GGX lobe
+    Ggx,
+    /// Five Beckmann distributions with widths shared by the lobes
+    Mixture,
+    /// The best glTF material
+    Gltf,
+    /// Lookup textures of 256 texels in half floats
+    Lut,
+}
+
+impl From<ModelChoice> for Model {
+    fn from(choice: ModelChoice) -> Self {
+        match choice {
+            ModelChoice::Sgd => Self::Sgd,
+            ModelChoice::Beckmann => Self::Beckmann,
+            ModelChoice::Ggx => Self::Ggx,
+            ModelChoice::Mixture => Self::Mixture,
+            ModelChoice::Gltf => Self::Gltf,
+            ModelChoice::Lut => Self::Lut,
+        }
+    }
 }
 
 /// The image formats, by the file's ending.
@@ -91,7 +124,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let pictures: Vec<Render> = materials
         .iter()
         .map(|material| {
-            let reflectance = arguments.model.reflectance(material)?;
+            let reflectance = Model::from(arguments.model).reflectance(material)?;
             let surface = drawn_from(material);
             let models = [reflectance.as_ref()];
             let [picture] =

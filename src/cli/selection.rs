@@ -6,9 +6,9 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use crate::cli::failure::Failure;
-use crate::lut::Extent;
-use crate::material::{Material, MaterialFileError, catalog, find, load};
-use crate::math::direction::normalised;
+use sgdbake::lut::Extent;
+use sgdbake::material::{Material, MaterialFileError, catalog, find, load};
+use sgdbake::math::direction::normalised;
 
 /// How large lookup textures become.
 #[derive(Clone, Copy, Debug, clap::Args)]

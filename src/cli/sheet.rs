@@ -8,9 +8,9 @@ use crate::cli::failure::Failure;
 use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
 use crate::cli::preview::environment;
 use crate::cli::selection::Materials;
-use crate::preview::Environment;
-use crate::report::sheet::{Page, page};
-use crate::report::sheet_page::index;
+use sgdbake::preview::Environment;
+use sgdbake::report::sheet::{Page, page};
+use sgdbake::report::sheet_page::index;
 
 /// Writes the sheet of each material: parameters, pictures of the material and of its best fits
 /// with the differences, lobes, distribution, Fresnel, masking, albedo and audit.

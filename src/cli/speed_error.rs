@@ -7,10 +7,10 @@ use serde::Serialize;
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
 use crate::cli::selection::Materials;
-use crate::report::front::RULE;
-use crate::report::machine::Machine;
-use crate::report::speed_error::{Effort, SpeedError, speed_error};
-use crate::report::speed_error_page::{markdown, picture};
+use sgdbake::report::front::RULE;
+use sgdbake::report::machine::Machine;
+use sgdbake::report::speed_error::{Effort, SpeedError, speed_error};
+use sgdbake::report::speed_error_page::{markdown, picture};
 
 /// Measures nanoseconds per RGB evaluation, bytes, preparation and error of every method: the
 /// formula, batches per instruction set, lookup tables and best fits; and marks the Pareto front.

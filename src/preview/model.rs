@@ -10,7 +10,7 @@ use crate::material::Material;
 use crate::microfacet::Family;
 
 /// A reflectance that stands for a material: its own, or the best fit of another model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Model {
     /// The measured material
     #[default]

@@ -1,11 +1,13 @@
 //! Reports on materials, every number from the run that writes it: the audit of laws and limits,
 //! speed against error, the material sheet.
 
+pub mod appearance;
 pub mod audit;
 pub mod audit_page;
 pub mod axis;
 pub mod chart;
 pub mod deviation;
+pub mod estimate;
 pub mod front;
 pub mod heat;
 pub mod machine;
