@@ -32,6 +32,12 @@ pub struct Assigned {
 }
 
 impl AssignmentArguments {
+    /// The files that the assignments name.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        let materials = self.assign.iter().map(|assignment| Path::new(&assignment.material));
+        self.assign_file.as_deref().into_iter().chain(materials)
+    }
+
     /// The materials for `slots`.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use crate::cli::assignment::AssignmentArguments;
 use crate::cli::evaluator::MaskingChoice;
 use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
+use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection::{self, ExtentArguments};
 use sgdbake::asset::{BuildError, Product, build_with_progress};
 use sgdbake::encode::{Format, shader};
@@ -108,16 +108,18 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let catalogue = arguments.compare.then(|| everything(&request, &step)).transpose()?;
     let files = files(arguments, &product);
     bar.finish_and_clear();
-    // All or nothing: what stands in the way is found before the first file is written.
-    for file in &files {
-        refuse_foreign(&file.path, arguments.writing.force)?;
-    }
-    if !arguments.writing.dry_run {
-        for file in &files {
-            write_file(&file.path, &file.bytes, arguments.writing.force)?;
-        }
-    }
+    let new: Vec<NewFile<'_>> =
+        files.iter().map(|file| NewFile::of_bytes(&file.path, &file.bytes)).collect();
+    arguments.writing.write_all(&new, &arguments.inputs())?;
     report(arguments, &files, &product, catalogue, output)
+}
+
+impl Arguments {
+    /// The files that the command reads.
+    fn inputs(&self) -> Vec<&Path> {
+        let named = self.material.iter().map(Path::new);
+        self.scene.as_deref().into_iter().chain(self.assignments.inputs()).chain(named).collect()
+    }
 }
 
 /// What a bake tells its progress by: each material is sampled and fitted, and may get a 3D table;

@@ -5,7 +5,9 @@ pub mod assignment;
 pub mod failure;
 pub mod inspect;
 pub mod output;
+pub mod ownership;
 pub mod selection;
+pub mod terminal;
 
 mod audit;
 mod bake;
@@ -13,6 +15,7 @@ mod completions;
 mod eval;
 mod evaluator;
 mod export;
+mod file_names;
 mod fit;
 mod man;
 mod materials;

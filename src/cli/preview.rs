@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, refuse_foreign, write_file};
+use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection;
 use sgdbake::lut::BakeError;
 use sgdbake::material::Material;
@@ -48,12 +48,8 @@ pub struct Arguments {
     /// Start of the random numbers: the same seed gives the same bytes
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Say what would be written, and write nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Overwrite a file that sgdbake did not write
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    writing: Writing,
 }
 
 /// A model by its name on the command line.
@@ -113,12 +109,13 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         .iter()
         .map(|name| selection::material(name))
         .collect::<Result<_, _>>()?;
-    refuse_foreign(&arguments.output, arguments.force)?;
+    let inputs = arguments.inputs();
+    arguments.writing.check([arguments.output.as_path()], &inputs)?;
     let shape = shape(arguments.mesh.as_deref(), output)?;
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
-    if arguments.dry_run {
-        return output.line(arguments.output.display());
+    if arguments.writing.dry_run {
+        return output.written(&arguments.output, arguments.writing);
     }
     let bar = output.progress(u64::from(arguments.size) * materials.len() as u64, "rows");
     let pictures: Vec<Render> = materials
@@ -140,13 +137,20 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         ImageFormat::Png => film.to_png(),
         ImageFormat::Exr => film.to_exr(),
     };
-    write_file(&arguments.output, &bytes.map_err(Failure::job)?, arguments.force)?;
-    output.line(arguments.output.display())?;
+    let file = NewFile::of_bytes(&arguments.output, bytes.map_err(Failure::job)?);
+    arguments.writing.write_all(&[file], &inputs)?;
+    output.written(&arguments.output, arguments.writing)?;
     output.note(format!("noise of a pixel: at most {:.2} % of the mean luminance", 100.0 * noise));
     Ok(())
 }
 
 impl Arguments {
+    /// The files that the command reads.
+    fn inputs(&self) -> Vec<&Path> {
+        let materials = self.material.iter().map(Path::new);
+        materials.chain(self.environment.as_deref()).chain(self.mesh.as_deref()).collect()
+    }
+
     fn quality(&self) -> Quality {
         Quality { size: self.size.into(), samples: self.samples as usize, seed: self.seed }
     }

@@ -66,6 +66,11 @@ pub struct Materials {
 }
 
 impl Materials {
+    /// The paths that the names may be.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.material.iter().map(Path::new)
+    }
+
     /// The materials named, or all.
     ///
     /// # Errors
