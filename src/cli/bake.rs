@@ -25,29 +25,48 @@ Examples:
   sgdbake bake chair.glb --assign 'Legs=chrome' --assign 'Seat*=black-fabric' -o lut")]
 pub struct Arguments {
     /// A scene: the materials assigned to slots that its meshes use are baked, and no others
-    #[arg(value_name = "SCENE", required_unless_present = "material")]
+    #[arg(value_name = "SCENE", required_unless_present_any = ["material", "all"])]
     scene: Option<PathBuf>,
     #[command(flatten)]
     assignments: AssignmentArguments,
-    /// A catalogue name or the path of a material file
-    #[arg(long, value_name = "MATERIAL", conflicts_with = "scene")]
+    /// A catalogue name or the path of a material file. Repeat for more
+    #[arg(
+        long,
+        value_name = "MATERIAL",
+        conflicts_with = "scene",
+        value_parser = selection::MaterialParser,
+        hide_possible_values = true
+    )]
     material: Vec<String>,
+    /// The whole catalogue
+    #[arg(long, conflicts_with_all = ["scene", "material"])]
+    all: bool,
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// What to store: ndf, masking, fresnel, albedo, brdf3d
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "ndf,masking,fresnel")]
+    /// What to store, separated by commas
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "ndf,masking,fresnel",
+        value_parser = selection::one_of::<Quantity>(Quantity::ALL.map(Quantity::name))
+    )]
     quantity: Vec<Quantity>,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
     masking: MaskingChoice,
     #[command(flatten)]
     extent: ExtentArguments,
-    /// The file format: exr, ktx2, or png (16-bit integers: masking, fresnel and albedo only)
-    #[arg(long, default_value = "exr")]
+    /// The file format; png holds 16-bit integers, and only masking, fresnel and albedo
+    #[arg(
+        long,
+        default_value = "exr",
+        value_parser = selection::one_of::<Format>(Format::ALL.map(Format::extension))
+    )]
     format: Format,
-    /// The texels' number format, half or float; by default the smallest that keeps the tolerance
-    #[arg(long)]
+    /// The texels' number format; by default the smallest that keeps the tolerance
+    #[arg(long, value_parser = selection::one_of::<Depth>(["half", "float"]))]
     depth: Option<Depth>,
     /// Also bake all five quantities of the whole catalogue, and report the bytes that were saved;
     /// takes a while at small tolerances
@@ -132,6 +151,9 @@ fn steps(arguments: &Arguments, materials: &[Material]) -> u64 {
 
 /// The materials asked for, or those that a scene's meshes use.
 fn materials(arguments: &Arguments) -> Result<Vec<Material>, Failure> {
+    if arguments.all {
+        return Ok(catalog().iter().map(|entry| entry.material.clone()).collect());
+    }
     let Some(path) = &arguments.scene else {
         return arguments.material.iter().map(|name| selection::material(name)).collect();
     };

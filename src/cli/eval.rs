@@ -1,7 +1,5 @@
 //! `sgdbake eval`: f and its factors for pairs of directions.
 
-use std::fs::File;
-use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -9,8 +7,10 @@ use serde::Serialize;
 
 use crate::cli::evaluator::{Evaluation, Evaluator};
 use crate::cli::failure::Failure;
+use crate::cli::input::{self, next_line};
 use crate::cli::output::Output;
-use crate::cli::selection::{self, Direction};
+use crate::cli::selection::{Direction, Materials};
+use crate::cli::terminal::name;
 use sgdbake::brdf::Terms;
 use sgdbake::material::Channel;
 
@@ -23,16 +23,15 @@ use sgdbake::material::Channel;
     after_help = "Example:\n  sgdbake eval --material gold-paint --wi 0.3,0,1 --wo=-0.3,0,1 --json"
 )]
 pub struct Arguments {
-    /// A catalogue name or the path of a material file
-    #[arg(long, value_name = "MATERIAL")]
-    material: String,
+    #[command(flatten)]
+    materials: Materials,
     /// Direction to the light
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     wi: Option<Direction>,
     /// Direction to the viewer
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     wo: Option<Direction>,
-    /// A CSV file with the header wi_x,wi_y,wi_z,wo_x,wo_y,wo_z
+    /// A CSV file with the header wi_x,wi_y,wi_z,wo_x,wo_y,wo_z; - for stdin
     #[arg(long, value_name = "FILE", conflicts_with_all = ["wi", "wo"])]
     pairs: Option<PathBuf>,
     #[command(flatten)]
@@ -44,8 +43,10 @@ pub struct Arguments {
 
 /// One pair's result.
 #[derive(Serialize)]
-struct Line {
+struct Line<'a> {
     schema: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    material: Option<&'a str>,
     wi: [f64; 3],
     wo: [f64; 3],
     r: Terms,
@@ -55,32 +56,42 @@ struct Line {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let evaluator = arguments.evaluation.of(&selection::material(&arguments.material)?);
+    let materials = arguments.materials.load()?;
+    // One material needs no name, as the caller gave it.
+    let several = materials.len() > 1;
+    let evaluators: Vec<(Option<&str>, Evaluator)> = materials
+        .iter()
+        .map(|m| (several.then_some(m.name.as_str()), arguments.evaluation.of(m)))
+        .collect();
+    let mut print = |wi, wo| {
+        evaluators.iter().try_for_each(|(material, evaluator)| {
+            print_pair(evaluator, *material, [wi, wo], arguments.json, output)
+        })
+    };
     match (arguments.wi, arguments.wo, &arguments.pairs) {
-        (Some(wi), Some(wo), None) => print_pair(&evaluator, wi.0, wo.0, arguments.json, output),
-        (_, _, Some(path)) => {
-            each_pair(path, |wi, wo| print_pair(&evaluator, wi, wo, arguments.json, output))
-        }
+        (Some(wi), Some(wo), None) => print(wi.0, wo.0),
+        (_, _, Some(path)) => each_pair(path, print),
         (None, None, None) => Err(Failure::usage("no directions")
             .help("give --wi X,Y,Z and --wo X,Y,Z, or --pairs FILE.csv")),
-        (None, _, None) => Err(Failure::usage("--wi is missing: a pair has two directions")),
-        (_, None, None) => Err(Failure::usage("--wo is missing: a pair has two directions")),
+        (None, _, None) => Err(Failure::usage("--wi is missing; a pair has two directions")),
+        (_, None, None) => Err(Failure::usage("--wo is missing; a pair has two directions")),
     }
 }
 
 fn print_pair(
     evaluator: &Evaluator,
-    wi: DVec3,
-    wo: DVec3,
+    material: Option<&str>,
+    [wi, wo]: [DVec3; 2],
     json: bool,
     output: &mut Output,
 ) -> Result<(), Failure> {
     let [r, g, b] = evaluator.terms(wi, wo);
     if json {
         let (wi, wo) = (wi.to_array(), wo.to_array());
-        return output.json(&Line { schema: "sgdbake/eval/1", wi, wo, r, g, b });
+        return output.json(&Line { schema: "sgdbake/eval/1", material, wi, wo, r, g, b });
     }
-    output.line(format!("wi {wi}  wo {wo}"))?;
+    let of = material.map_or_else(String::new, |material| format!("{}  ", name(material)));
+    output.line(format!("{of}wi {wi}  wo {wo}"))?;
     output.line("           ndf         g1_i         g1_o      fresnel     specular      diffuse         brdf")?;
     for (channel, terms) in Channel::ALL.into_iter().zip([r, g, b]) {
         let Terms { ndf, g1_i, g1_o, fresnel, specular, diffuse, brdf } = terms;
@@ -93,33 +104,51 @@ fn print_pair(
 
 const HEADER: &str = "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z";
 
+/// Bytes of a line: many times what six numbers take.
+const LONGEST_LINE: usize = 4096;
+
 /// Calls `action` with every pair of a CSV file, reading one line at a time.
 fn each_pair(
     path: &Path,
     mut action: impl FnMut(DVec3, DVec3) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let unreadable =
-        |error: std::io::Error| Failure::job(format!("cannot read {}: {error}", path.display()));
-    let file = File::open(path).map_err(unreadable)?;
-    for (index, line) in BufReader::new(file).lines().enumerate() {
-        let line = line.map_err(unreadable)?;
-        let refusal =
-            |what: String| Failure::usage(format!("{}:{}: {what}", path.display(), index + 1));
-        if index == 0 {
+    let mut input = input::open(path)?;
+    let mut line = String::new();
+    for number in 1.. {
+        let refusal = |what: &dyn std::fmt::Display| {
+            Failure::usage(format!("{}:{number}: {what}", path.display()))
+        };
+        match next_line(&mut *input, &mut line, LONGEST_LINE) {
+            Ok(true) => {}
+            Ok(false) if number == 1 => return Err(refusal(&wrong_header(""))),
+            Ok(false) => break,
+            Err(error) if error.kind() == std::io::ErrorKind::InvalidData => {
+                return Err(refusal(&error));
+            }
+            Err(error) => {
+                return Err(Failure::job(format!("cannot read {}: {error}", path.display())));
+            }
+        }
+        if number == 1 {
             if line.trim_start_matches('\u{feff}').trim() != HEADER {
-                return Err(refusal(format!("the header is '{line}'; accepted is '{HEADER}'")));
+                return Err(refusal(&wrong_header(&line)));
             }
         } else if !line.trim().is_empty() {
-            let (wi, wo) = pair(&line).map_err(refusal)?;
+            let (wi, wo) = pair(&line).map_err(|error| refusal(&error))?;
             action(wi, wo)?;
         }
     }
     Ok(())
 }
 
+fn wrong_header(line: &str) -> String {
+    format!("the header is '{line}'; it must be '{HEADER}'")
+}
+
 fn pair(line: &str) -> Result<(DVec3, DVec3), String> {
     let split = line.match_indices(',').nth(2).map(|(at, _)| at);
-    let split = split.ok_or_else(|| format!("'{line}' is no pair: give six numbers {HEADER}"))?;
+    let split =
+        split.ok_or_else(|| format!("'{line}' is not a pair; give six numbers {HEADER}"))?;
     let direction = |text: &str| {
         text.parse::<Direction>().map(|direction| direction.0).map_err(|error| error.to_string())
     };

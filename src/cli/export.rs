@@ -12,6 +12,7 @@ use crate::cli::failure::Failure;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::ownership::is_ours;
 use crate::cli::selection::ExtentArguments;
+use crate::cli::terminal::name;
 use sgdbake::asset::build;
 use sgdbake::encode::Format;
 use sgdbake::lut::{Depths, Quantity, Request};
@@ -203,8 +204,11 @@ fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
         let material = slot.material.unwrap_or("stays as it is");
         let meshes = if slot.used { slot.meshes.join(", ") } else { "unused".into() };
         output.line(format_args!(
-            "{}: {material} ({} triangles; {meshes})",
-            slot.slot, slot.triangles
+            "{}: {} ({} triangles; {})",
+            name(&slot.slot),
+            name(material),
+            slot.triangles,
+            name(&meshes)
         ))?;
     }
     let verb = if report.dry_run { "would write" } else { "wrote" };

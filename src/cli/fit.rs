@@ -21,7 +21,7 @@ use sgdbake::report::appearance::{Appearance, ReferenceBall, evaluation_ns};
 /// of a ball under one light, and what an evaluation costs.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  sgdbake fit --material gold-paint --model ggx,gltf\n  sgdbake fit --all --model lobes --lobes 8 --json"
+    after_help = "Example:\n  sgdbake fit --material gold-paint --model ggx,gltf\n  sgdbake fit --all --model mixture --components 8 --json"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -32,12 +32,12 @@ pub struct Arguments {
         value_enum,
         value_name = "LIST",
         value_delimiter = ',',
-        default_value = "beckmann,ggx,lobes,gltf"
+        default_value = "beckmann,ggx,mixture,gltf"
     )]
     model: Vec<Model>,
-    /// Beckmann lobes of the model 'lobes'
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = lobe_count)]
-    lobes: usize,
+    /// Beckmann lobes of the model 'mixture', 1 to 32
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = component_count)]
+    components: usize,
     /// Machine-readable output, one JSON object a line
     #[arg(long)]
     json: bool,
@@ -51,7 +51,7 @@ enum Model {
     /// One GGX lobe, per channel and with one width for all three
     Ggx,
     /// Several Beckmann lobes with widths shared by the channels
-    Lobes,
+    Mixture,
     /// A glTF 2.0 material
     Gltf,
 }
@@ -117,7 +117,7 @@ impl<'a> Study<'a> {
         let target = Target::new(material);
         let ball = ReferenceBall::new(material);
         let fit = |model: &Model| {
-            let fit = model.fit(&target, arguments.lobes);
+            let fit = model.fit(&target, arguments.components);
             let pictured = fit.reflectances(material);
             let pictured = pictured.into_iter().map(|(of, residuals, reflectance)| {
                 let delta_e = ball.delta_e(&*reflectance);
@@ -177,7 +177,7 @@ impl Model {
         match self {
             Self::Beckmann => "beckmann",
             Self::Ggx => "ggx",
-            Self::Lobes => "lobes",
+            Self::Mixture => "mixture",
             Self::Gltf => "gltf",
         }
     }
@@ -189,7 +189,7 @@ impl Model {
         match self {
             Self::Beckmann => one_lobe(Distribution::Beckmann),
             Self::Ggx => one_lobe(Distribution::Ggx),
-            Self::Lobes => Fit::Lobes(lobes::fit_target(target, count)),
+            Self::Mixture => Fit::Lobes(lobes::fit_target(target, count)),
             Self::Gltf => Fit::Gltf(gltf::fit_target(target, Metric::default())),
         }
     }
@@ -206,7 +206,7 @@ impl Fit {
                 ("joint", fit.joint_residuals, Box::new(fit.joint)),
             ],
             Self::Lobes(fit) => {
-                vec![("lobes", fit.residuals, Box::new(LobesBrdf::new(material, &fit.lobes)))]
+                vec![("mixture", fit.residuals, Box::new(LobesBrdf::new(material, &fit.lobes)))]
             }
             Self::Gltf(fit) => vec![("material", fit.residuals, Box::new(fit.material))],
         }
@@ -249,9 +249,9 @@ impl Fit {
     }
 }
 
-fn lobe_count(text: &str) -> Result<usize, String> {
+fn component_count(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=MOST_LOBES).contains(&count) => Ok(count),
-        _ => Err(format!("accepted are 1 to {MOST_LOBES} lobes")),
+        _ => Err(format!("must be between 1 and {MOST_LOBES}")),
     }
 }

@@ -5,7 +5,8 @@ use serde::Serialize;
 use crate::cli::evaluator::{Evaluation, Evaluator};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use crate::cli::selection;
+use crate::cli::selection::Materials;
+use crate::cli::terminal::name;
 use sgdbake::brdf::Factors;
 use sgdbake::material::Channel;
 
@@ -15,9 +16,8 @@ use sgdbake::material::Channel;
     after_help = "Example:\n  sgdbake slice --material chrome --theta-deg 0,1,20,70,89.99 --json"
 )]
 pub struct Arguments {
-    /// A catalogue name or the path of a material file
-    #[arg(long, value_name = "MATERIAL")]
-    material: String,
+    #[command(flatten)]
+    materials: Materials,
     /// Angles in degrees, from 0 to 90
     #[arg(long, value_name = "LIST", value_delimiter = ',', required = true, value_parser = theta)]
     theta_deg: Vec<f64>,
@@ -30,8 +30,10 @@ pub struct Arguments {
 
 /// One angle's result. Λ is null at 90°, where it is infinite.
 #[derive(Serialize)]
-struct Line {
+struct Line<'a> {
     schema: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    material: Option<&'a str>,
     theta_deg: f64,
     r: Factors,
     g: Factors,
@@ -40,25 +42,32 @@ struct Line {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let evaluator = arguments.evaluation.of(&selection::material(&arguments.material)?);
-    if !arguments.json {
-        output.line("theta_deg channel          ndf       lambda           g1      fresnel")?;
+    let materials = arguments.materials.load()?;
+    for material in &materials {
+        let evaluator = arguments.evaluation.of(material);
+        // One material needs no name, as the caller gave it.
+        let material = (materials.len() > 1).then_some(material.name.as_str());
+        if !arguments.json {
+            material.map_or(Ok(()), |material| output.line(name(material)))?;
+            output.line("theta_deg channel          ndf       lambda           g1      fresnel")?;
+        }
+        for theta in &arguments.theta_deg {
+            print_angle(&evaluator, material, *theta, arguments.json, output)?;
+        }
     }
-    arguments
-        .theta_deg
-        .iter()
-        .try_for_each(|theta| print_angle(&evaluator, *theta, arguments.json, output))
+    Ok(())
 }
 
 fn print_angle(
     evaluator: &Evaluator,
+    material: Option<&str>,
     theta_deg: f64,
     json: bool,
     output: &mut Output,
 ) -> Result<(), Failure> {
     let [r, g, b] = evaluator.factors(theta_deg);
     if json {
-        return output.json(&Line { schema: "sgdbake/slice/1", theta_deg, r, g, b });
+        return output.json(&Line { schema: "sgdbake/slice/1", material, theta_deg, r, g, b });
     }
     for (channel, Factors { ndf, lambda, g1, fresnel }) in Channel::ALL.into_iter().zip([r, g, b]) {
         let columns = [ndf, lambda, g1, fresnel].map(|n| format!("{n:>12.6e}")).join(" ");
@@ -70,6 +79,6 @@ fn print_angle(
 fn theta(text: &str) -> Result<f64, String> {
     match text.trim().parse() {
         Ok(theta) if (0.0..=90.0).contains(&theta) => Ok(theta),
-        _ => Err("accepted are angles from 0 to 90 degrees".to_owned()),
+        _ => Err("must be an angle from 0 to 90 degrees".to_owned()),
     }
 }

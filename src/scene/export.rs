@@ -160,7 +160,13 @@ impl Job<'_> {
     /// .gltf → .glb: the first buffer becomes the BIN chunk, files of others data URIs.
     fn pack_buffers(&mut self) -> Result<(), SceneError> {
         for (index, buffer) in self.scene.outline.buffers.iter().enumerate() {
-            let Some(uri) = &buffer.uri else { continue };
+            let Some(uri) = &buffer.uri else {
+                // In a .glb it would stand for the BIN chunk.
+                if index == 0 {
+                    return Err(SceneError::NoContent);
+                }
+                continue;
+            };
             let bytes = match Resource::new(uri)? {
                 Some(resource) => self.read(&resource)?,
                 None if index == 0 => decode_data_uri(uri)?,
@@ -189,7 +195,10 @@ impl Job<'_> {
         let mut views = HashMap::new();
         for (index, image) in self.scene.outline.images.iter().enumerate() {
             let Some(uri) = &image.uri else { continue };
-            let Some(resource) = Resource::new(uri)? else { continue };
+            let Some(resource) = Resource::new(uri)? else {
+                self.pack_data_image(index, uri, image.mime_type.as_deref())?;
+                continue;
+            };
             let mime = image.mime_type.clone().or_else(|| mime(&resource.path).map(Into::into));
             let mime = mime.ok_or_else(|| {
                 let reason = format!("{uri:?} has no mimeType, and its ending tells none");
@@ -203,14 +212,35 @@ impl Job<'_> {
                 }
             };
             views.insert(resource.path, view);
-            let members = [
-                ("uri", None),
-                ("mimeType", Some(quote(&mime))),
-                ("bufferView", Some(view.to_string())),
-            ];
-            self.edit_member("images", index, &members)?;
+            self.place_image(index, &mime, view)?;
         }
         Ok(())
+    }
+
+    /// The image of a data URI becomes a buffer view too: a .glb should hold none. What is no such
+    /// image stays as it is.
+    fn pack_data_image(
+        &mut self,
+        index: usize,
+        uri: &str,
+        mime: Option<&str>,
+    ) -> Result<(), SceneError> {
+        let Some((head, data)) = uri.split_once(";base64,") else { return Ok(()) };
+        let mime = mime.or_else(|| head.get("data:".len()..)).filter(|mime| mime.contains('/'));
+        let Some((mime, bytes)) = mime.zip(BASE64_STANDARD.decode(data).ok()) else {
+            return Ok(());
+        };
+        let view = self.draft.embed(bytes.into())?;
+        self.place_image(index, mime, view)
+    }
+
+    fn place_image(&mut self, index: usize, mime: &str, view: usize) -> Result<(), SceneError> {
+        let members = [
+            ("uri", None),
+            ("mimeType", Some(quote(mime))),
+            ("bufferView", Some(view.to_string())),
+        ];
+        self.edit_member("images", index, &members)
     }
 
     /// .gltf → .glb: files of lookup textures become buffer views.

@@ -133,6 +133,10 @@ impl Scene {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let folder = if folder == Path::new("") { PathBuf::from(".") } else { folder };
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
+        // Opening a pipe would wait for a writer.
+        if !fs::metadata(path)?.is_file() {
+            return Err(SceneError::NotAFile);
+        }
         let mut start = Vec::new();
         fs::File::open(path)?.take(4).read_to_end(&mut start)?;
         match &*ending {

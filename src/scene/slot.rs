@@ -1,5 +1,7 @@
 //! Material slots, and which material goes to which.
 
+use std::fmt;
+
 use globset::{Glob, GlobMatcher};
 
 use super::{SceneError, outline::Outline};
@@ -30,7 +32,7 @@ pub struct Slot {
     pub id: SlotId,
     /// Its name, where it has one.
     pub name: Option<String>,
-    /// Names of the meshes that use it; `#index` for a mesh without a name.
+    /// Names of the meshes that use it; `mesh 3` for one without a name.
     pub meshes: Vec<String>,
     /// Primitives that use it.
     pub primitives: usize,
@@ -51,6 +53,16 @@ impl Slot {
     }
 }
 
+/// The label, and before it the `#index` that tells slots of one name apart: `#0 Body`.
+impl fmt::Display for Slot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.id, &self.name) {
+            (SlotId::Material(index), Some(name)) => write!(f, "#{index} {name}"),
+            _ => f.write_str(&self.label()),
+        }
+    }
+}
+
 /// The slots of a document, in the order of its materials, `(none)` last.
 pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
     let slot =
@@ -60,7 +72,7 @@ pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
         materials.map(|(i, material)| slot(SlotId::Material(i), material.name.clone())).collect();
     let mut none = slot(SlotId::Unassigned, None);
     for (index, mesh) in outline.meshes.iter().enumerate() {
-        let name = mesh.name.clone().unwrap_or_else(|| format!("#{index}"));
+        let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
         for primitive in &mesh.primitives {
             let mappings = primitive.extensions.variants.iter().flat_map(|v| &v.mappings);
             for mapping in mappings {
