@@ -59,8 +59,19 @@ fn files_that_mention_sgdbake_are_not_overwritten() {
     assert_eq!(fs::read_to_string(folder.path().join("out.gltf")).unwrap(), scene.to_string());
     let forced: Vec<&str> = export.into_iter().chain(["--force"]).collect();
     assert!(run(folder.path(), &forced).status.success());
-    // Its own files it writes again.
-    assert!(run(folder.path(), &forced[..forced.len() - 1]).status.success());
+    // Its own files it writes again, also in a scene of another program, until somebody edits them.
+    let export = "export out.gltf --assign *=gold-paint --tolerance 1e-2 -o again.gltf";
+    let mut other: Value =
+        serde_json::from_slice(&fs::read(folder.path().join("out.gltf")).unwrap()).unwrap();
+    other["asset"]["generator"] = json!("an editor");
+    fs::write(folder.path().join("out.gltf"), other.to_string()).unwrap();
+    assert!(run(folder.path(), &words(export)).status.success());
+    assert!(run(folder.path(), &words(export)).status.success());
+    let again = folder.path().join("again.gltf");
+    let edited = fs::read_to_string(&again).unwrap().replace("\"ball\"", "\"bowl\"");
+    fs::write(&again, &edited).unwrap();
+    assert_eq!(run(folder.path(), &words(export)).status.code(), Some(1));
+    assert_eq!(fs::read_to_string(&again).unwrap(), edited);
 }
 
 #[test]

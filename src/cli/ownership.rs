@@ -7,6 +7,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 use sgdbake::encode::generator_of;
+use sgdbake::scene::is_unedited;
 
 /// What a generator, a schema and a comment start with.
 const NAME: &str = "sgdbake ";
@@ -25,10 +26,10 @@ pub fn is_ours(path: &Path) -> bool {
         return false;
     }
     if head.starts_with(b"glTF") {
-        return glb_json(&mut file).is_some_and(|json| writer_of_json(json).is_some_and(is_name));
+        return glb_json(&mut file).is_some_and(json_is_ours);
     }
     match head.iter().find(|byte| !byte.is_ascii_whitespace()) {
-        Some(b'{') => writer_of_json(file).is_some_and(is_name),
+        Some(b'{') => json_is_ours(file),
         _ => generator_of(file).is_some_and(is_name) || text_names_us(&head),
     }
 }
@@ -49,10 +50,19 @@ struct Asset {
     generator: Option<String>,
 }
 
-/// The schema of a report or manifest, or the generator of a glTF.
-fn writer_of_json(json: impl BufRead) -> Option<String> {
-    let document: Document = serde_json::from_reader(json).ok()?;
-    document.schema.or_else(|| document.asset?.generator)
+/// The largest JSON that is looked into.
+const LARGEST_JSON: u64 = 1 << 28;
+
+/// Whether a report or manifest has our schema, or a scene is an export that nobody edited since.
+/// A scene without such a mark counts by its generator.
+fn json_is_ours(json: impl BufRead) -> bool {
+    let mut text = String::new();
+    if json.take(LARGEST_JSON).read_to_string(&mut text).is_err() {
+        return false;
+    }
+    let Ok(document) = serde_json::from_str::<Document>(&text) else { return false };
+    let writer = document.schema.or_else(|| document.asset?.generator);
+    is_unedited(&text).unwrap_or_else(|| writer.is_some_and(is_name))
 }
 
 /// The JSON chunk of a .glb, without its padding.

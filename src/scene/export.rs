@@ -13,7 +13,7 @@ use base64::{Engine, prelude::BASE64_STANDARD};
 use super::{
     Bytes, Container, Scene, SceneError, SlotId, Source,
     draft::{Draft, data_uri},
-    glb,
+    fingerprint, glb,
     material::{self, extensions_of, lookup_uris},
     prune::replaced,
     resource::{Resource, percent_encode},
@@ -162,7 +162,7 @@ impl Job<'_> {
         for (index, buffer) in self.scene.outline.buffers.iter().enumerate() {
             let Some(uri) = &buffer.uri else {
                 // In a .glb it would stand for the BIN chunk.
-                if index == 0 {
+                if index == 0 && self.scene.bin.is_none() {
                     return Err(SceneError::NoContent);
                 }
                 continue;
@@ -288,7 +288,10 @@ impl Job<'_> {
     }
 
     fn assign(&mut self, assigned: &[(SlotId, &Asset)]) -> Result<(), SceneError> {
+        // One mark is enough.
+        let mut mark = Some(fingerprint::PLACEHOLDER.to_owned());
         for (slot, asset) in assigned {
+            let mark = mark.take();
             let textures: Vec<_> =
                 asset.textures.iter().map(|t| self.attach(t)).collect::<Result<_, _>>()?;
             match slot {
@@ -297,11 +300,11 @@ impl Job<'_> {
                     self.draft.edit("materials", *index, |raw| {
                         let losses = material::losses(raw)?.into_iter();
                         warnings.extend(losses.map(|loss| format!("material {index}: {loss}")));
-                        material::replace(raw, asset, textures)
+                        material::replace(raw, asset, textures, mark)
                     })?;
                 }
                 SlotId::Unassigned => {
-                    let material = material::replace("{}", asset, textures)?;
+                    let material = material::replace("{}", asset, textures, mark)?;
                     let index = self.draft.append("materials", material)?;
                     self.assign_bare_primitives(index)?;
                 }
@@ -375,6 +378,7 @@ impl Job<'_> {
 
     fn finish(mut self, target: &Path) -> Result<Export, SceneError> {
         let (text, bin) = self.draft.finish()?;
+        let text = fingerprint::mark(text);
         let pieces = match self.container {
             Container::Glb => glb::assemble(text, bin, self.scene.rest.clone())?,
             Container::Gltf => vec![text.into_bytes().into()],

@@ -25,6 +25,7 @@ mod contents;
 mod draft;
 mod error;
 mod export;
+mod fingerprint;
 mod glb;
 mod material;
 mod obj;
@@ -50,6 +51,7 @@ pub use container::Container;
 pub use contents::{Contents, ContentsError, Kind, MaterialContent, SceneContent, SlotContent};
 pub use error::SceneError;
 pub use export::{Export, OutputFile};
+pub use fingerprint::is_unedited;
 pub use slot::{Pattern, Slot, SlotId, resolve};
 pub use triangles::Triangle;
 

@@ -80,7 +80,7 @@ impl Scene {
             match replaced.get(&index) {
                 Some(asset) => {
                     before.extend(textures(raw));
-                    after.extend(textures(&material::replace(raw, asset, Vec::new())?));
+                    after.extend(textures(&material::replace(raw, asset, Vec::new(), None)?));
                 }
                 None => after.extend(textures(raw)),
             }
