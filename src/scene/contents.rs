@@ -8,9 +8,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Counts, Scene, SceneError, Slot, SlotId};
 use crate::asset::{Manifest, ManifestError};
 use crate::encode::{EntryError, Format, TextureEntry, read_entry};
+use crate::scene::{Counts, Scene, SceneError, Slot, SlotId};
 
 /// The contents of a file.
 #[derive(Debug, Serialize)]

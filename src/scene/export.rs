@@ -10,7 +10,9 @@ use std::{
 
 use base64::{Engine, prelude::BASE64_STANDARD};
 
-use super::{
+use crate::asset::{Asset, Texture};
+use crate::encode::{Location, TextureEntry};
+use crate::scene::{
     Bytes, Container, Scene, SceneError, SlotId, Source,
     draft::{Draft, data_uri},
     fingerprint, glb,
@@ -19,8 +21,6 @@ use super::{
     resource::{Resource, percent_encode},
     text::{Pieces, quote},
 };
-use crate::asset::{Asset, Texture};
-use crate::encode::{Location, TextureEntry};
 
 /// What an export writes.
 #[derive(Debug)]
@@ -71,7 +71,7 @@ impl Scene {
         job.resources(&replaced)?;
         job.convert(&replaced)?;
         job.assign(assigned)?;
-        job.finish(target)
+        job.finish(target, !assigned.is_empty())
     }
 }
 
@@ -376,9 +376,9 @@ impl Job<'_> {
         name
     }
 
-    fn finish(mut self, target: &Path) -> Result<Export, SceneError> {
+    fn finish(mut self, target: &Path, assigned: bool) -> Result<Export, SceneError> {
         let (text, bin) = self.draft.finish()?;
-        let text = fingerprint::mark(text);
+        let text = if assigned { fingerprint::mark(text) } else { text };
         let pieces = match self.container {
             Container::Glb => glb::assemble(text, bin, self.scene.rest.clone())?,
             Container::Gltf => vec![text.into_bytes().into()],

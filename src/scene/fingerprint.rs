@@ -1,19 +1,25 @@
 //! A mark by which an exported scene is told from one that was edited since: a hash of the
 //! document, kept in the extension of one of its materials.
 
-use super::walk;
 use crate::asset::EXTENSION;
+use crate::scene::walk;
 
 /// The mark before the hash is known; what stands in its place while it is computed.
 pub(super) const PLACEHOLDER: &str = "0000000000000000";
 
-/// The document with its hash in place of the placeholder.
+/// The document, which an export has put the placeholder into, with its hash in that place.
 pub(super) fn mark(text: String) -> String {
-    if text.matches(PLACEHOLDER).count() != 1 {
+    let placeholder = member(PLACEHOLDER);
+    if text.matches(&placeholder).count() != 1 {
         return text;
     }
     let hash = hash(&text);
-    text.replace(PLACEHOLDER, &hash)
+    text.replace(&placeholder, &member(&hash))
+}
+
+/// The mark as it is written, without spaces.
+fn member(mark: &str) -> String {
+    format!(r#""document":"{mark}""#)
 }
 
 /// Whether a glTF document is an export of sgdbake that nobody edited since; `None` where it
@@ -21,7 +27,7 @@ pub(super) fn mark(text: String) -> String {
 #[must_use]
 pub fn is_unedited(text: &str) -> Option<bool> {
     let marks = marks(text);
-    let fits = |mark: &String| hash(&text.replace(&**mark, PLACEHOLDER)) == *mark;
+    let fits = |mark: &String| hash(&text.replace(&member(mark), &member(PLACEHOLDER))) == *mark;
     (!marks.is_empty()).then(|| marks.iter().any(fits))
 }
 
@@ -52,12 +58,12 @@ mod tests {
     #[test]
     fn an_edit_shows() {
         let text = format!(
-            r#"{{"materials":[{{"extensions":{{"{EXTENSION}":{{"document":"{PLACEHOLDER}"}}}}}}]}}"#
+            r#"{{"materials":[{{"extensions":{{"{EXTENSION}":{{"document":"{PLACEHOLDER}"}}}}}}],"x":1.{PLACEHOLDER}}}"#
         );
         let marked = mark(text.clone());
         assert_ne!(marked, text);
         assert_eq!(is_unedited(&format!("{marked}  ")), Some(true));
-        assert_eq!(is_unedited(&marked.replace("]}", "], \"nodes\": []}")), Some(false));
+        assert_eq!(is_unedited(&marked.replace("],", "], \"nodes\": [],")), Some(false));
         assert_eq!(is_unedited(&text), Some(false));
         assert_eq!(is_unedited("{}"), None);
     }

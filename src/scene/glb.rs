@@ -7,7 +7,7 @@ use std::{
     sync::Arc,
 };
 
-use super::{Bytes, SceneError};
+use crate::scene::{Bytes, SceneError};
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
 const JSON: u32 = u32::from_le_bytes(*b"JSON");

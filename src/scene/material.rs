@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use serde_json::{Value, json};
 
-use super::text::{Pieces, quote};
 use crate::asset::{Asset, EXTENSION, Extension, Extras};
 use crate::encode::TextureEntry;
+use crate::scene::text::{Pieces, quote};
 
 pub(super) const SPECULAR: &str = "KHR_materials_specular";
 pub(super) const CLEARCOAT: &str = "KHR_materials_clearcoat";

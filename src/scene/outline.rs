@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
-use super::SceneError;
+use crate::scene::SceneError;
 
 /// A document's arrays, with the few members that are looked at.
 #[derive(Debug, Default, Deserialize)]

@@ -9,7 +9,8 @@ use std::{
 
 use base64::{Engine as _, prelude::BASE64_STANDARD};
 
-use super::{
+use crate::asset::Asset;
+use crate::scene::{
     Bytes, Scene, SceneError, SlotId,
     draft::Draft,
     material,
@@ -17,7 +18,6 @@ use super::{
     text::{Pieces, quote},
     walk::{self, Member},
 };
-use crate::asset::Asset;
 
 /// A white PNG of one pixel.
 const PIXEL: &[u8] =
@@ -122,7 +122,7 @@ impl Scene {
         }
         let views: BTreeSet<u64> =
             users.into_iter().filter(|(_, count)| *count == 0).map(|(view, _)| view).collect();
-        let ranges = |(index, view): (usize, &super::outline::BufferView)| {
+        let ranges = |(index, view): (usize, &crate::scene::outline::BufferView)| {
             let gone = views.contains(&(index as u64));
             let own =
                 (view.buffer.0 == 0).then_some((gone, view.byte_offset.0, view.byte_length.0));
@@ -249,7 +249,7 @@ fn move_views(
             let offset = moved(c.byte_offset.0).to_string();
             let raw = object.get("extensions").unwrap_or("{}").to_owned();
             let mut extensions = Pieces::object(&raw)?;
-            for name in super::outline::COMPRESSION {
+            for name in crate::scene::outline::COMPRESSION {
                 if let Some(raw) = extensions.get(name).map(str::to_owned) {
                     let mut body = Pieces::object(&raw)?;
                     body.set("byteOffset", offset.clone());

@@ -4,7 +4,7 @@ use std::fmt;
 
 use globset::{Glob, GlobMatcher};
 
-use super::{SceneError, outline::Outline};
+use crate::scene::{SceneError, outline::Outline};
 
 /// Where a material is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -97,9 +97,12 @@ pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
     slots
 }
 
-/// Which slots an assignment means.
+/// The slots that an assignment means.
 #[derive(Debug, Clone)]
-pub enum Pattern {
+pub struct Pattern(Kind);
+
+#[derive(Debug, Clone)]
+enum Kind {
     /// `*`: every slot.
     All,
     /// `(none)`: the primitives without a material.
@@ -114,35 +117,35 @@ impl Pattern {
     /// The pattern that `text` spells; what is no glob is a name.
     pub fn new(text: &str) -> Self {
         let index = text.strip_prefix('#').and_then(|digits| digits.parse().ok());
-        match (text, index) {
-            ("*", _) => Pattern::All,
-            ("(none)", _) => Pattern::Unassigned,
-            (_, Some(index)) => Pattern::Index(index),
+        Pattern(match (text, index) {
+            ("*", _) => Kind::All,
+            ("(none)", _) => Kind::Unassigned,
+            (_, Some(index)) => Kind::Index(index),
             _ => {
                 let glob = Glob::new(text).ok().map(|glob| glob.compile_matcher());
-                Pattern::Name(text.to_owned(), glob)
+                Kind::Name(text.to_owned(), glob)
             }
-        }
+        })
     }
 
     /// How closely the pattern names the slot: 3 its place, 2 its name, 1 a glob, 0 `*`.
     fn closeness(&self, slot: &Slot) -> Option<u8> {
-        match (self, slot.id, &slot.name) {
-            (Pattern::All, ..) => Some(0),
-            (Pattern::Unassigned, SlotId::Unassigned, _) => Some(3),
-            (Pattern::Index(index), SlotId::Material(i), _) if *index == i => Some(3),
-            (Pattern::Name(name, _), _, Some(slot)) if name == slot => Some(2),
-            (Pattern::Name(_, Some(glob)), _, Some(slot)) if glob.is_match(slot) => Some(1),
+        match (&self.0, slot.id, &slot.name) {
+            (Kind::All, ..) => Some(0),
+            (Kind::Unassigned, SlotId::Unassigned, _) => Some(3),
+            (Kind::Index(index), SlotId::Material(i), _) if *index == i => Some(3),
+            (Kind::Name(name, _), _, Some(slot)) if name == slot => Some(2),
+            (Kind::Name(_, Some(glob)), _, Some(slot)) if glob.is_match(slot) => Some(1),
             _ => None,
         }
     }
 
     fn text(&self) -> String {
-        match self {
-            Pattern::All => "*".into(),
-            Pattern::Unassigned => "(none)".into(),
-            Pattern::Index(index) => format!("#{index}"),
-            Pattern::Name(name, _) => name.clone(),
+        match &self.0 {
+            Kind::All => "*".into(),
+            Kind::Unassigned => "(none)".into(),
+            Kind::Index(index) => format!("#{index}"),
+            Kind::Name(name, _) => name.clone(),
         }
     }
 }
