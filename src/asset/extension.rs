@@ -22,6 +22,9 @@ pub struct Extension {
     pub material: MaterialEntry,
     /// Its textures.
     pub textures: Vec<TextureEntry>,
+    /// A hash of the whole document as it was exported, on one of its materials.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub document: Option<String>,
 }
 
 /// The content of `extras.sgd` of a glTF material.
@@ -65,7 +68,7 @@ impl Extension {
     /// The extension of a material with these textures.
     #[must_use]
     pub fn new(material: &MaterialEntry, textures: Vec<TextureEntry>) -> Self {
-        Self { version: Version, material: material.clone(), textures }
+        Self { version: Version, material: material.clone(), textures, document: None }
     }
 
     /// Reads a body.

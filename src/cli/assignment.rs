@@ -1,10 +1,10 @@
 //! `SLOT=MATERIAL`: which material goes to which slot of a scene.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::cli::failure::Failure;
+use crate::cli::input::read_text;
 use crate::cli::selection;
 use sgdbake::material::Material;
 use sgdbake::scene::{Assignment, Pattern, SceneError, Slot, resolve};
@@ -17,7 +17,7 @@ pub struct AssignmentArguments {
     /// wins. MATERIAL is a catalogue name or the path of a material file
     #[arg(long, value_name = "SLOT=MATERIAL")]
     assign: Vec<Assignment>,
-    /// A TOML file of lines "SLOT" = "MATERIAL"; --assign goes before it
+    /// A TOML file of lines "SLOT" = "MATERIAL", or - for stdin; --assign goes before it
     #[arg(long, value_name = "FILE")]
     assign_file: Option<PathBuf>,
 }
@@ -32,6 +32,12 @@ pub struct Assigned {
 }
 
 impl AssignmentArguments {
+    /// The files that the assignments name.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        let materials = self.assign.iter().map(|assignment| Path::new(&assignment.material));
+        self.assign_file.as_deref().into_iter().chain(materials)
+    }
+
     /// The materials for `slots`.
     ///
     /// # Errors
@@ -66,8 +72,7 @@ impl AssignmentArguments {
 
 /// The assignments of a file.
 fn read(path: &Path) -> Result<Vec<Assignment>, Failure> {
-    let text = fs::read_to_string(path)
-        .map_err(|error| Failure::job(format!("cannot read {}: {error}", path.display())))?;
+    let text = read_text(path)?;
     Assignment::parse_file(&text).map_err(|error| {
         Failure::usage(format!("{}: {error}", path.display()))
             .help("an assignment file has lines like \"Body\" = \"gold-paint\"")

@@ -9,7 +9,7 @@ use crate::cli::assignment::AssignmentArguments;
 use crate::cli::evaluator::MaskingChoice;
 use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
+use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection::{self, ExtentArguments};
 use sgdbake::asset::{BuildError, Product, build_with_progress};
 use sgdbake::encode::{Format, shader};
@@ -25,29 +25,48 @@ Examples:
   sgdbake bake chair.glb --assign 'Legs=chrome' --assign 'Seat*=black-fabric' -o lut")]
 pub struct Arguments {
     /// A scene: the materials assigned to slots that its meshes use are baked, and no others
-    #[arg(value_name = "SCENE", required_unless_present = "material")]
+    #[arg(value_name = "SCENE", required_unless_present_any = ["material", "all"])]
     scene: Option<PathBuf>,
     #[command(flatten)]
     assignments: AssignmentArguments,
-    /// A catalogue name or the path of a material file
-    #[arg(long, value_name = "MATERIAL", conflicts_with = "scene")]
+    /// A catalogue name or the path of a material file. Repeat for more
+    #[arg(
+        long,
+        value_name = "MATERIAL",
+        conflicts_with = "scene",
+        value_parser = selection::MaterialParser,
+        hide_possible_values = true
+    )]
     material: Vec<String>,
+    /// The whole catalogue
+    #[arg(long, conflicts_with_all = ["scene", "material"])]
+    all: bool,
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// What to store: ndf, masking, fresnel, albedo, brdf3d
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "ndf,masking,fresnel")]
+    /// What to store, separated by commas
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "ndf,masking,fresnel",
+        value_parser = selection::one_of::<Quantity>(Quantity::ALL.map(Quantity::name))
+    )]
     quantity: Vec<Quantity>,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
     masking: MaskingChoice,
     #[command(flatten)]
     extent: ExtentArguments,
-    /// The file format: exr, ktx2, or png (16-bit integers: masking, fresnel and albedo only)
-    #[arg(long, default_value = "exr")]
+    /// The file format; png holds 16-bit integers, and only masking, fresnel and albedo
+    #[arg(
+        long,
+        default_value = "exr",
+        value_parser = selection::one_of::<Format>(Format::ALL.map(Format::extension))
+    )]
     format: Format,
-    /// The texels' number format, half or float; by default the smallest that keeps the tolerance
-    #[arg(long)]
+    /// The texels' number format; by default the smallest that keeps the tolerance
+    #[arg(long, value_parser = selection::one_of::<Depth>(["half", "float"]))]
     depth: Option<Depth>,
     /// Also bake all five quantities of the whole catalogue, and report the bytes that were saved;
     /// takes a while at small tolerances
@@ -108,16 +127,18 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let catalogue = arguments.compare.then(|| everything(&request, &step)).transpose()?;
     let files = files(arguments, &product);
     bar.finish_and_clear();
-    // All or nothing: what stands in the way is found before the first file is written.
-    for file in &files {
-        refuse_foreign(&file.path, arguments.writing.force)?;
-    }
-    if !arguments.writing.dry_run {
-        for file in &files {
-            write_file(&file.path, &file.bytes, arguments.writing.force)?;
-        }
-    }
+    let new: Vec<NewFile<'_>> =
+        files.iter().map(|file| NewFile::of_bytes(&file.path, &file.bytes)).collect();
+    arguments.writing.write_all(&new, &arguments.inputs())?;
     report(arguments, &files, &product, catalogue, output)
+}
+
+impl Arguments {
+    /// The files that the command reads.
+    fn inputs(&self) -> Vec<&Path> {
+        let named = self.material.iter().map(Path::new);
+        self.scene.as_deref().into_iter().chain(self.assignments.inputs()).chain(named).collect()
+    }
 }
 
 /// What a bake tells its progress by: each material is sampled and fitted, and may get a 3D table;
@@ -130,6 +151,9 @@ fn steps(arguments: &Arguments, materials: &[Material]) -> u64 {
 
 /// The materials asked for, or those that a scene's meshes use.
 fn materials(arguments: &Arguments) -> Result<Vec<Material>, Failure> {
+    if arguments.all {
+        return Ok(catalog().iter().map(|entry| entry.material.clone()).collect());
+    }
     let Some(path) = &arguments.scene else {
         return arguments.material.iter().map(|name| selection::material(name)).collect();
     };

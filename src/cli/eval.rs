@@ -1,7 +1,5 @@
 //! `sgdbake eval`: f and its factors for pairs of directions.
 
-use std::fs::File;
-use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -9,8 +7,10 @@ use serde::Serialize;
 
 use crate::cli::evaluator::{Evaluation, Evaluator};
 use crate::cli::failure::Failure;
+use crate::cli::input::{self, next_line};
 use crate::cli::output::Output;
-use crate::cli::selection::{self, Direction};
+use crate::cli::selection::{Direction, Materials};
+use crate::cli::terminal::name;
 use sgdbake::brdf::{LobeTerms, Terms};
 use sgdbake::material::{Channel, Material};
 
@@ -23,16 +23,15 @@ use sgdbake::material::{Channel, Material};
     after_help = "Example:\n  sgdbake eval --material gold-paint --wi 0.3,0,1 --wo=-0.3,0,1 --json"
 )]
 pub struct Arguments {
-    /// A catalogue name or the path of a material file
-    #[arg(long, value_name = "MATERIAL")]
-    material: String,
+    #[command(flatten)]
+    materials: Materials,
     /// Direction to the light
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     wi: Option<Direction>,
     /// Direction to the viewer
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     wo: Option<Direction>,
-    /// A CSV file with the header wi_x,wi_y,wi_z,wo_x,wo_y,wo_z
+    /// A CSV file with the header wi_x,wi_y,wi_z,wo_x,wo_y,wo_z; - for stdin
     #[arg(long, value_name = "FILE", conflicts_with_all = ["wi", "wo"])]
     pairs: Option<PathBuf>,
     #[command(flatten)]
@@ -46,6 +45,8 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    material: Option<&'a str>,
     wi: [f64; 3],
     wo: [f64; 3],
     r: ChannelTerms,
@@ -85,45 +86,64 @@ impl Factors {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let material = selection::material(&arguments.material)?;
-    let evaluator = arguments.evaluation.of(&material);
-    let mut print = |wi, wo| print_pair(&material, &evaluator, [wi, wo], arguments.json, output);
+    let materials = arguments.materials.load()?;
+    // One material needs no name, as the caller gave it.
+    let several = materials.len() > 1;
+    let evaluators: Vec<(&Material, Evaluator)> =
+        materials.iter().map(|material| (material, arguments.evaluation.of(material))).collect();
+    let mut print = |wi, wo| {
+        evaluators.iter().try_for_each(|(material, evaluator)| {
+            let named = several.then_some(material.name.as_str());
+            let line =
+                Evaluated { material, named, pair: [wi, wo], terms: evaluator.terms(wi, wo) };
+            if arguments.json { line.json(output) } else { line.print(output) }
+        })
+    };
     match (arguments.wi, arguments.wo, &arguments.pairs) {
         (Some(wi), Some(wo), None) => print(wi.0, wo.0),
         (_, _, Some(path)) => each_pair(path, print),
         (None, None, None) => Err(Failure::usage("no directions")
             .help("give --wi X,Y,Z and --wo X,Y,Z, or --pairs FILE.csv")),
-        (None, _, None) => Err(Failure::usage("--wi is missing: a pair has two directions")),
-        (_, None, None) => Err(Failure::usage("--wo is missing: a pair has two directions")),
+        (None, _, None) => Err(Failure::usage("--wi is missing; a pair has two directions")),
+        (_, None, None) => Err(Failure::usage("--wo is missing; a pair has two directions")),
     }
 }
 
-fn print_pair(
-    material: &Material,
-    evaluator: &Evaluator,
-    [wi, wo]: [DVec3; 2],
-    json: bool,
-    output: &mut Output,
-) -> Result<(), Failure> {
-    let terms = evaluator.terms(wi, wo);
-    let lobes = &terms.lobes[..material.lobes().len()];
-    let of_channel = material.channel_lobes();
-    if json {
-        let factors = |c: usize| of_channel.map(|of| Factors::of(&lobes[of[c]], c));
+/// The terms of a material for a pair of directions.
+struct Evaluated<'a> {
+    material: &'a Material,
+    /// The material's name, where there are several.
+    named: Option<&'a str>,
+    pair: [DVec3; 2],
+    terms: Terms,
+}
+
+impl Evaluated<'_> {
+    fn json(&self, output: &mut Output) -> Result<(), Failure> {
+        let lobes = &self.terms.lobes[..self.material.lobes().len()];
+        let of_channel = self.material.channel_lobes();
         let [r, g, b] = [0, 1, 2].map(|c| ChannelTerms {
-            factors: factors(c),
-            specular: terms.specular[c],
-            diffuse: terms.diffuse[c],
-            brdf: terms.brdf[c],
+            factors: of_channel.map(|of| Factors::of(&lobes[of[c]], c)),
+            specular: self.terms.specular[c],
+            diffuse: self.terms.diffuse[c],
+            brdf: self.terms.brdf[c],
         });
-        let (wi, wo) = (wi.to_array(), wo.to_array());
+        let [wi, wo] = self.pair.map(|w| w.to_array());
         let lobes = of_channel.is_none().then_some(lobes);
-        return output.json(&Line { schema: "sgdbake/eval/1", wi, wo, r, g, b, lobes });
+        let material = self.named;
+        output.json(&Line { schema: "sgdbake/eval/1", material, wi, wo, r, g, b, lobes })
     }
-    output.line(format!("wi {wi}  wo {wo}"))?;
-    match of_channel {
-        Some(of) => print_channels(&terms, of, output),
-        None => print_lobes(&terms, lobes, output),
+
+    fn print(&self, output: &mut Output) -> Result<(), Failure> {
+        let of = self.named.map_or_else(String::new, |material| format!("{}  ", name(material)));
+        let [wi, wo] = self.pair;
+        output.line(format!("{of}wi {wi}  wo {wo}"))?;
+        match self.material.channel_lobes() {
+            Some(of) => print_channels(&self.terms, of, output),
+            None => {
+                print_lobes(&self.terms, &self.terms.lobes[..self.material.lobes().len()], output)
+            }
+        }
     }
 }
 
@@ -161,33 +181,51 @@ fn print_lobes(terms: &Terms, lobes: &[LobeTerms], output: &mut Output) -> Resul
 
 const HEADER: &str = "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z";
 
+/// Bytes of a line: many times what six numbers take.
+const LONGEST_LINE: usize = 4096;
+
 /// Calls `action` with every pair of a CSV file, reading one line at a time.
 fn each_pair(
     path: &Path,
     mut action: impl FnMut(DVec3, DVec3) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let unreadable =
-        |error: std::io::Error| Failure::job(format!("cannot read {}: {error}", path.display()));
-    let file = File::open(path).map_err(unreadable)?;
-    for (index, line) in BufReader::new(file).lines().enumerate() {
-        let line = line.map_err(unreadable)?;
-        let refusal =
-            |what: String| Failure::usage(format!("{}:{}: {what}", path.display(), index + 1));
-        if index == 0 {
+    let mut input = input::open(path)?;
+    let mut line = String::new();
+    for number in 1.. {
+        let refusal = |what: &dyn std::fmt::Display| {
+            Failure::usage(format!("{}:{number}: {what}", path.display()))
+        };
+        match next_line(&mut *input, &mut line, LONGEST_LINE) {
+            Ok(true) => {}
+            Ok(false) if number == 1 => return Err(refusal(&wrong_header(""))),
+            Ok(false) => break,
+            Err(error) if error.kind() == std::io::ErrorKind::InvalidData => {
+                return Err(refusal(&error));
+            }
+            Err(error) => {
+                return Err(Failure::job(format!("cannot read {}: {error}", path.display())));
+            }
+        }
+        if number == 1 {
             if line.trim_start_matches('\u{feff}').trim() != HEADER {
-                return Err(refusal(format!("found the header `{line}`; it must be `{HEADER}`")));
+                return Err(refusal(&wrong_header(&line)));
             }
         } else if !line.trim().is_empty() {
-            let (wi, wo) = pair(&line).map_err(refusal)?;
+            let (wi, wo) = pair(&line).map_err(|error| refusal(&error))?;
             action(wi, wo)?;
         }
     }
     Ok(())
 }
 
+fn wrong_header(line: &str) -> String {
+    format!("the header is '{line}'; it must be '{HEADER}'")
+}
+
 fn pair(line: &str) -> Result<(DVec3, DVec3), String> {
     let split = line.match_indices(',').nth(2).map(|(at, _)| at);
-    let split = split.ok_or_else(|| format!("found `{line}`; a pair is six numbers {HEADER}"))?;
+    let split =
+        split.ok_or_else(|| format!("'{line}' is not a pair; give six numbers {HEADER}"))?;
     let direction = |text: &str| {
         text.parse::<Direction>().map(|direction| direction.0).map_err(|error| error.to_string())
     };

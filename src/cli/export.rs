@@ -9,8 +9,10 @@ use serde::Serialize;
 use crate::cli::assignment::{Assigned, AssignmentArguments};
 use crate::cli::evaluator::MaskingChoice;
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, refuse_foreign, write_with, written_by_sgdbake};
+use crate::cli::output::{NewFile, Output, Writing};
+use crate::cli::ownership::is_ours;
 use crate::cli::selection::ExtentArguments;
+use crate::cli::terminal::name;
 use sgdbake::asset::build;
 use sgdbake::encode::Format;
 use sgdbake::lut::{Depths, Quantity, Request};
@@ -45,12 +47,8 @@ pub struct Arguments {
     masking: MaskingChoice,
     #[command(flatten)]
     extent: ExtentArguments,
-    /// List the slots and what would be written, and write nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Overwrite files that sgdbake did not write
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    writing: Writing,
     /// Machine-readable report
     #[arg(long)]
     json: bool,
@@ -111,15 +109,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let replaced: Vec<_> = pairs.filter_map(|(slot, m)| Some((slot.id, &assets[(*m)?]))).collect();
     let scene = if arguments.prune { scene.pruned(&replaced)? } else { scene };
     let export = scene.export(&replaced, &arguments.output)?;
-    let files = changed(&export.files);
-    // All or nothing: what stands in the way is found before the first file is written.
-    refuse(arguments, &files)?;
-    if !arguments.dry_run {
-        // The scene last: a reader that finds it finds everything.
-        for file in files.iter().rev() {
-            write_with(&file.path, |out| file.write_to(out))?;
-        }
-    }
+    write(arguments, &changed(&export.files))?;
     for warning in scene.warnings().iter().chain(&export.warnings) {
         output.note(format_args!("warning: {warning}"));
     }
@@ -156,21 +146,28 @@ fn changed(files: &[OutputFile]) -> Vec<&OutputFile> {
     files.iter().filter(|file| !(file.copy && stands_already(file))).collect()
 }
 
+/// Whether the file is there with this content. Its size is compared first.
 fn stands_already(file: &OutputFile) -> bool {
-    let same_size = fs::metadata(&file.path).is_ok_and(|old| old.len() == file.len());
+    let same_size =
+        fs::metadata(&file.path).is_ok_and(|old| old.is_file() && old.len() == file.len());
     let mut bytes = Vec::new();
     same_size
         && file.write_to(&mut bytes).is_ok()
         && fs::read(&file.path).is_ok_and(|old| old == bytes)
 }
 
-/// Refuses to overwrite what this tool did not write. What belongs to a scene that it wrote (the
-/// buffer has no mark of its own) it may write again.
-fn refuse(arguments: &Arguments, files: &[&OutputFile]) -> Result<(), Failure> {
-    let own_scene = arguments.output.is_file() && written_by_sgdbake(&arguments.output);
-    files
-        .iter()
-        .try_for_each(|file| refuse_foreign(&file.path, arguments.force || own_scene && !file.copy))
+/// Writes the files, the scene last: a reader that finds it finds everything. What belongs to a
+/// scene that sgdbake wrote (the buffer has no mark of its own) it may write again.
+fn write(arguments: &Arguments, files: &[&OutputFile]) -> Result<(), Failure> {
+    let Writing { dry_run, force } = arguments.writing;
+    let scene: Vec<&Path> = arguments.scene.iter().map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = scene.into_iter().chain(arguments.assignments.inputs()).collect();
+    let own_scene = arguments.output.is_file() && is_ours(&arguments.output);
+    let copies = files.iter().filter(|file| file.copy).map(|file| file.path.as_path());
+    arguments.writing.check(copies, &inputs)?;
+    let new: Vec<NewFile<'_>> =
+        files.iter().rev().map(|file| NewFile::new(&file.path, |out| file.write_to(out))).collect();
+    Writing { dry_run, force: force || own_scene }.write_all(&new, &inputs)
 }
 
 fn report(
@@ -194,7 +191,7 @@ fn report(
     let warnings = scene.warnings().iter().chain(&export.warnings).map(String::as_str);
     let report = Report {
         schema: "sgdbake/export/1",
-        dry_run: arguments.dry_run,
+        dry_run: arguments.writing.dry_run,
         slots: slot_reports.collect(),
         files: files.collect(),
         warnings: warnings.collect(),
@@ -207,8 +204,11 @@ fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
         let material = slot.material.unwrap_or("stays as it is");
         let meshes = if slot.used { slot.meshes.join(", ") } else { "unused".into() };
         output.line(format_args!(
-            "{}: {material} ({} triangles; {meshes})",
-            slot.slot, slot.triangles
+            "{}: {} ({} triangles; {})",
+            name(&slot.slot),
+            name(material),
+            slot.triangles,
+            name(&meshes)
         ))?;
     }
     let verb = if report.dry_run { "would write" } else { "wrote" };

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
+use crate::cli::terminal::name;
 use sgdbake::encode::TextureEntry;
 use sgdbake::scene::{Contents, ContentsError, Counts, SceneContent};
 
@@ -53,7 +54,7 @@ fn print(contents: &Contents, output: &mut Output) -> Result<(), Failure> {
         let row = material.row.map_or("no textures".into(), |row| format!("row {row}"));
         let slot = material.slot.as_ref().map(|slot| format!(" in slot {slot}"));
         let slot = slot.unwrap_or_default();
-        output.line(format_args!("material {}{slot}: {row}", material.name))?;
+        output.line(format_args!("material {}{}: {row}", name(&material.name), name(&slot)))?;
     }
     contents.textures.iter().try_for_each(|texture| output.line(texture_line(texture)))
 }
@@ -65,7 +66,14 @@ fn print_scene(scene: &SceneContent, output: &mut Output) -> Result<(), Failure>
     ))?;
     for slot in &scene.slots {
         let meshes = if slot.used { slot.meshes.join(", ") } else { "unused".into() };
-        output.line(format_args!("slot {}: {} triangles; {meshes}", slot.slot, slot.triangles))?;
+        let index = slot.index.map_or_else(String::new, |index| format!("#{index} "));
+        let index = if slot.slot.starts_with('#') { String::new() } else { index };
+        output.line(format_args!(
+            "slot {index}{}: {} triangles; {}",
+            name(&slot.slot),
+            slot.triangles,
+            name(&meshes)
+        ))?;
     }
     Ok(())
 }

@@ -16,7 +16,11 @@ use sgdbake::report::parameters::{COLUMNS, Row, rows};
 #[command(after_help = "Example:\n  sgdbake materials gold-paint")]
 pub struct Arguments {
     /// A catalogue name or the path of a material file
-    #[arg(value_name = "MATERIAL")]
+    #[arg(
+        value_name = "MATERIAL",
+        value_parser = selection::MaterialParser,
+        hide_possible_values = true
+    )]
     name: Option<String>,
     /// Machine-readable output
     #[arg(long)]

@@ -6,9 +6,10 @@ use serde::Serialize;
 use crate::cli::evaluator::MaskingChoice;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use crate::cli::selection::{self, Direction};
+use crate::cli::selection::{Direction, Materials};
+use crate::cli::terminal::name;
 use sgdbake::brdf::sampler::Strategy;
-use sgdbake::material::Channel;
+use sgdbake::material::{Channel, Material};
 use sgdbake::report::estimate::{Estimate, Estimator, estimate};
 
 /// Estimates the directional albedo ∫ f cosθi dωi by sampling, and prints it with its standard
@@ -21,13 +22,12 @@ use sgdbake::report::estimate::{Estimate, Estimator, estimate};
     after_help = "Example:\n  sgdbake sample --material gold-paint --wo 1,0,0.2 -n 100000 --seed 1 --json"
 )]
 pub struct Arguments {
-    /// A catalogue name or the path of a material file
-    #[arg(long, value_name = "MATERIAL")]
-    material: String,
+    #[command(flatten)]
+    materials: Materials,
     /// Direction to the viewer
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     wo: Direction,
-    /// Number of samples
+    /// Number of samples, 2 to 1e12
     #[arg(short, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1_000_000_000_000))]
     n: u64,
     /// Where directions are drawn
@@ -58,9 +58,9 @@ enum StrategyChoice {
 }
 
 #[derive(Serialize)]
-struct Report {
+struct Report<'a> {
     schema: &'static str,
-    material: String,
+    material: &'a str,
     wo: [f64; 3],
     n: u64,
     strategy: StrategyChoice,
@@ -82,12 +82,22 @@ impl From<StrategyChoice> for Estimator {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let material = selection::material(&arguments.material)?;
+    let materials = arguments.materials.load()?;
+    let several = materials.len() > 1;
+    materials.iter().try_for_each(|material| print(arguments, material, several, output))
+}
+
+fn print(
+    arguments: &Arguments,
+    material: &Material,
+    named: bool,
+    output: &mut Output,
+) -> Result<(), Failure> {
     let Arguments { masking, n, strategy, seed, .. } = *arguments;
     let wo = arguments.wo.0;
-    let [r, g, b] = estimate(&material, masking.into(), strategy.into(), wo, n, seed);
+    let [r, g, b] = estimate(material, masking.into(), strategy.into(), wo, n, seed);
     if arguments.json {
-        let material = material.name;
+        let material = &material.name;
         let schema = "sgdbake/sample/1";
         return output.json(&Report {
             schema,
@@ -100,6 +110,9 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
             g,
             b,
         });
+    }
+    if named {
+        output.line(name(&material.name))?;
     }
     output.line("channel         mean  standard_error   quadrature")?;
     for (channel, e) in Channel::ALL.into_iter().zip([r, g, b]) {

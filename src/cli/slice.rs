@@ -5,9 +5,10 @@ use serde::Serialize;
 use crate::cli::evaluator::{Evaluation, Evaluator};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use crate::cli::selection;
+use crate::cli::selection::Materials;
+use crate::cli::terminal::name;
 use sgdbake::brdf::LobeCurves;
-use sgdbake::material::{Channel, Material};
+use sgdbake::material::Channel;
 
 /// Prints the factors of the model against an angle: D and G1 at θ, the Fresnel factor at θd = θ.
 #[derive(Debug, clap::Args)]
@@ -15,9 +16,8 @@ use sgdbake::material::{Channel, Material};
     after_help = "Example:\n  sgdbake slice --material chrome --theta-deg 0,1,20,70,89.99 --json"
 )]
 pub struct Arguments {
-    /// A catalogue name or the path of a material file
-    #[arg(long, value_name = "MATERIAL")]
-    material: String,
+    #[command(flatten)]
+    materials: Materials,
     /// Angles in degrees, from 0 to 90
     #[arg(long, value_name = "LIST", value_delimiter = ',', required = true, value_parser = theta)]
     theta_deg: Vec<f64>,
@@ -32,6 +32,8 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    material: Option<&'a str>,
     theta_deg: f64,
     #[serde(flatten)]
     channels: Option<Channels>,
@@ -69,33 +71,40 @@ impl Channels {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let material = selection::material(&arguments.material)?;
-    let evaluator = arguments.evaluation.of(&material);
-    if !arguments.json {
-        output.line(match material.channel_lobes() {
-            Some(_) => "theta_deg channel          ndf       lambda           g1      fresnel",
-            None => "theta_deg lobe             ndf       lambda           g1    fresnel r    fresnel g    fresnel b",
-        })?;
+    let materials = arguments.materials.load()?;
+    for material in &materials {
+        let evaluator = arguments.evaluation.of(material);
+        let of_channel = material.channel_lobes();
+        // One material needs no name, as the caller gave it.
+        let material = (materials.len() > 1).then_some(material.name.as_str());
+        if !arguments.json {
+            material.map_or(Ok(()), |material| output.line(name(material)))?;
+            output.line(match of_channel {
+                Some(_) => "theta_deg channel          ndf       lambda           g1      fresnel",
+                None => "theta_deg lobe             ndf       lambda           g1    fresnel r    fresnel g    fresnel b",
+            })?;
+        }
+        for theta in &arguments.theta_deg {
+            let lobes = evaluator.curves(*theta);
+            let channels = of_channel.map(|of| Channels::of(&lobes, of));
+            if arguments.json {
+                let (schema, theta_deg) = ("sgdbake/slice/1", *theta);
+                let lobes = channels.is_none().then_some(&lobes[..]);
+                output.json(&Line { schema, material, theta_deg, channels, lobes })?;
+            } else {
+                print_angle(*theta, &lobes, channels, output)?;
+            }
+        }
     }
-    arguments
-        .theta_deg
-        .iter()
-        .try_for_each(|theta| print_angle(&material, &evaluator, *theta, arguments.json, output))
+    Ok(())
 }
 
 fn print_angle(
-    material: &Material,
-    evaluator: &Evaluator,
     theta_deg: f64,
-    json: bool,
+    lobes: &[LobeCurves],
+    channels: Option<Channels>,
     output: &mut Output,
 ) -> Result<(), Failure> {
-    let lobes = evaluator.curves(theta_deg);
-    let channels = material.channel_lobes().map(|of| Channels::of(&lobes, of));
-    if json {
-        let lobes = channels.is_none().then_some(&lobes[..]);
-        return output.json(&Line { schema: "sgdbake/slice/1", theta_deg, channels, lobes });
-    }
     let mut line = |name: &str, numbers: &[f64]| {
         let columns: Vec<String> = numbers.iter().map(|n| format!("{n:>12.6e}")).collect();
         output.line(format!("{theta_deg:>9} {name:<7} {}", columns.join(" ")))
@@ -117,6 +126,6 @@ fn print_angle(
 fn theta(text: &str) -> Result<f64, String> {
     match text.trim().parse() {
         Ok(theta) if (0.0..=90.0).contains(&theta) => Ok(theta),
-        _ => Err("an angle must be between 0 and 90 degrees".to_owned()),
+        _ => Err("must be an angle from 0 to 90 degrees".to_owned()),
     }
 }

@@ -5,6 +5,7 @@ mod entry;
 mod exr;
 mod file;
 mod format;
+mod generator;
 mod ktx2;
 mod png;
 pub mod shader;
@@ -12,6 +13,7 @@ pub mod shader;
 pub use entry::{Interpolation, Location, TextureEntry};
 pub use file::{EntryError, UnsupportedDepth, encode, read_entry};
 pub use format::{Format, UnknownFormat};
+pub use generator::generator_of;
 
 /// The program and its version, as every written file names it.
 pub const GENERATOR: &str = concat!("sgdbake ", env!("CARGO_PKG_VERSION"));

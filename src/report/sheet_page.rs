@@ -236,21 +236,22 @@ fn audit(sheet: &Sheet<'_>) -> String {
 
 /// The index of several sheets.
 #[must_use]
-pub fn index(pages: &[Page]) -> String {
+pub fn index<'p>(pages: impl IntoIterator<Item = (&'p str, &'p Page)>) -> String {
     let mut body = String::from(
         "<h1>Material sheets</h1><p>Mean ΔE2000 of the best Beckmann, GGX and glTF material against \
          the measured one, on a ball under the same lights.</p><div class=\"scroll\"><table>\
          <tr><th>material</th><th></th><th>Beckmann</th><th>GGX</th><th>glTF</th><th>albedo &gt; 1 from</th></tr>",
     );
-    for page in pages {
+    for (file, page) in pages {
         let name = escape(&page.name);
         let [beckmann, ggx, gltf] = page.delta_e;
         let gain =
             page.gains_energy_from_deg.map_or("–".to_owned(), |angle| format!("{angle:.1}°"));
         let _ = write!(
             body,
-            "<tr><td><a href=\"{name}.html\">{name}</a></td><td><img alt=\"\" width=\"40\" height=\"40\" \
+            "<tr><td><a href=\"{}\">{name}</a></td><td><img alt=\"\" width=\"40\" height=\"40\" \
              src=\"{}\"></td><td>{beckmann:.2}</td><td>{ggx:.2}</td><td>{gltf:.2}</td><td>{gain}</td></tr>",
+            escape(file),
             data_uri(&page.thumbnail)
         );
     }

@@ -12,11 +12,7 @@ use crate::report::speed_error::{Measured, MethodFamily, SpeedError};
 
 /// The report of several materials; `picture` names the file of a material's picture.
 #[must_use]
-pub fn markdown(
-    reports: &[SpeedError],
-    machine: &Machine,
-    picture: impl Fn(&str) -> String,
-) -> String {
+pub fn markdown(reports: &[SpeedError], machine: &Machine, pictures: &[String]) -> String {
     let mut page = format!(
         "# Speed against error\n\nMeasured by {GENERATOR} on {}. Times are medians of rounds taken in \
          turns, of pairs of directions spread over the hemisphere; the spread is half the distance \
@@ -26,12 +22,12 @@ pub fn markdown(
          {RULE}.\n",
         machine.describe()
     );
-    for report in reports {
+    for (report, picture) in reports.iter().zip(pictures) {
         let _ = write!(
             page,
             "\n## {0}\n\n![{0}]({1})\n\n{2}",
             report.material,
-            picture(&report.material),
+            picture,
             table(&report.methods)
         );
     }

@@ -8,9 +8,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Counts, Scene, SceneError, Slot, SlotId};
 use crate::asset::{Manifest, ManifestError};
 use crate::encode::{EntryError, Format, TextureEntry, read_entry};
+use crate::scene::{Counts, Scene, SceneError, Slot, SlotId};
 
 /// The contents of a file.
 #[derive(Debug, Serialize)]
@@ -104,6 +104,10 @@ impl Contents {
     /// # Errors
     /// A file that cannot be read, or is damaged.
     pub fn read(path: &Path) -> Result<Self, ContentsError> {
+        // Opening a pipe would wait for a writer.
+        if !fs::metadata(path)?.is_file() {
+            return Err(ContentsError::Scene(SceneError::NotAFile));
+        }
         let mut start = Vec::new();
         fs::File::open(path)?.take(12).read_to_end(&mut start)?;
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, btree_map::Entry};
 use base64::{Engine, prelude::BASE64_STANDARD};
 use serde_json::json;
 
-use super::{
+use crate::scene::{
     Bytes, SceneError, glb,
     text::{Pieces, quote},
 };

@@ -10,17 +10,17 @@ use std::{
 
 use base64::{Engine, prelude::BASE64_STANDARD};
 
-use super::{
+use crate::asset::{Asset, Texture};
+use crate::encode::{Location, TextureEntry};
+use crate::scene::{
     Bytes, Container, Scene, SceneError, SlotId, Source,
     draft::{Draft, data_uri},
-    glb,
+    fingerprint, glb,
     material::{self, extensions_of, lookup_uris},
     prune::replaced,
     resource::{Resource, percent_encode},
     text::{Pieces, quote},
 };
-use crate::asset::{Asset, Texture};
-use crate::encode::{Location, TextureEntry};
 
 /// What an export writes.
 #[derive(Debug)]
@@ -71,7 +71,7 @@ impl Scene {
         job.resources(&replaced)?;
         job.convert(&replaced)?;
         job.assign(assigned)?;
-        job.finish(target)
+        job.finish(target, !assigned.is_empty())
     }
 }
 
@@ -160,7 +160,13 @@ impl Job<'_> {
     /// .gltf → .glb: the first buffer becomes the BIN chunk, files of others data URIs.
     fn pack_buffers(&mut self) -> Result<(), SceneError> {
         for (index, buffer) in self.scene.outline.buffers.iter().enumerate() {
-            let Some(uri) = &buffer.uri else { continue };
+            let Some(uri) = &buffer.uri else {
+                // In a .glb it would stand for the BIN chunk.
+                if index == 0 && self.scene.bin.is_none() {
+                    return Err(SceneError::NoContent);
+                }
+                continue;
+            };
             let bytes = match Resource::new(uri)? {
                 Some(resource) => self.read(&resource)?,
                 None if index == 0 => decode_data_uri(uri)?,
@@ -189,7 +195,10 @@ impl Job<'_> {
         let mut views = HashMap::new();
         for (index, image) in self.scene.outline.images.iter().enumerate() {
             let Some(uri) = &image.uri else { continue };
-            let Some(resource) = Resource::new(uri)? else { continue };
+            let Some(resource) = Resource::new(uri)? else {
+                self.pack_data_image(index, uri, image.mime_type.as_deref())?;
+                continue;
+            };
             let mime = image.mime_type.clone().or_else(|| mime(&resource.path).map(Into::into));
             let mime = mime.ok_or_else(|| {
                 let reason = format!("{uri:?} has no mimeType, and its ending tells none");
@@ -203,14 +212,35 @@ impl Job<'_> {
                 }
             };
             views.insert(resource.path, view);
-            let members = [
-                ("uri", None),
-                ("mimeType", Some(quote(&mime))),
-                ("bufferView", Some(view.to_string())),
-            ];
-            self.edit_member("images", index, &members)?;
+            self.place_image(index, &mime, view)?;
         }
         Ok(())
+    }
+
+    /// The image of a data URI becomes a buffer view too: a .glb should hold none. What is no such
+    /// image stays as it is.
+    fn pack_data_image(
+        &mut self,
+        index: usize,
+        uri: &str,
+        mime: Option<&str>,
+    ) -> Result<(), SceneError> {
+        let Some((head, data)) = uri.split_once(";base64,") else { return Ok(()) };
+        let mime = mime.or_else(|| head.get("data:".len()..)).filter(|mime| mime.contains('/'));
+        let Some((mime, bytes)) = mime.zip(BASE64_STANDARD.decode(data).ok()) else {
+            return Ok(());
+        };
+        let view = self.draft.embed(bytes.into())?;
+        self.place_image(index, mime, view)
+    }
+
+    fn place_image(&mut self, index: usize, mime: &str, view: usize) -> Result<(), SceneError> {
+        let members = [
+            ("uri", None),
+            ("mimeType", Some(quote(mime))),
+            ("bufferView", Some(view.to_string())),
+        ];
+        self.edit_member("images", index, &members)
     }
 
     /// .gltf → .glb: files of lookup textures become buffer views.
@@ -258,7 +288,10 @@ impl Job<'_> {
     }
 
     fn assign(&mut self, assigned: &[(SlotId, &Asset)]) -> Result<(), SceneError> {
+        // One mark is enough.
+        let mut mark = Some(fingerprint::PLACEHOLDER.to_owned());
         for (slot, asset) in assigned {
+            let mark = mark.take();
             let textures: Vec<_> =
                 asset.textures.iter().map(|t| self.attach(t)).collect::<Result<_, _>>()?;
             match slot {
@@ -267,11 +300,11 @@ impl Job<'_> {
                     self.draft.edit("materials", *index, |raw| {
                         let losses = material::losses(raw)?.into_iter();
                         warnings.extend(losses.map(|loss| format!("material {index}: {loss}")));
-                        material::replace(raw, asset, textures)
+                        material::replace(raw, asset, textures, mark)
                     })?;
                 }
                 SlotId::Unassigned => {
-                    let material = material::replace("{}", asset, textures)?;
+                    let material = material::replace("{}", asset, textures, mark)?;
                     let index = self.draft.append("materials", material)?;
                     self.assign_bare_primitives(index)?;
                 }
@@ -343,8 +376,9 @@ impl Job<'_> {
         name
     }
 
-    fn finish(mut self, target: &Path) -> Result<Export, SceneError> {
+    fn finish(mut self, target: &Path, assigned: bool) -> Result<Export, SceneError> {
         let (text, bin) = self.draft.finish()?;
+        let text = if assigned { fingerprint::mark(text) } else { text };
         let pieces = match self.container {
             Container::Glb => glb::assemble(text, bin, self.scene.rest.clone())?,
             Container::Gltf => vec![text.into_bytes().into()],

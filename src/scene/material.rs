@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use serde_json::{Value, json};
 
-use super::text::{Pieces, quote};
 use crate::asset::{Asset, EXTENSION, Extension, Extras};
 use crate::encode::TextureEntry;
+use crate::scene::text::{Pieces, quote};
 
 pub(super) const SPECULAR: &str = "KHR_materials_specular";
 pub(super) const CLEARCOAT: &str = "KHR_materials_clearcoat";
@@ -42,11 +42,13 @@ pub(super) fn extensions_of(asset: &Asset) -> impl Iterator<Item = &'static str>
 /// The factor and colour that glTF takes where [`SPECULAR`] is absent.
 const DEFAULT_SPECULAR: (f64, [f64; 3]) = (1.0, [1.0; 3]);
 
-/// The text of the material `raw` with `asset` in it; `textures` say where its textures are.
+/// The text of the material `raw` with `asset` in it; `textures` say where its textures are, and
+/// `document` is the mark of an export.
 pub(super) fn replace(
     raw: &str,
     asset: &Asset,
     textures: Vec<TextureEntry>,
+    document: Option<String>,
 ) -> serde_json::Result<String> {
     let mut material = Pieces::object(raw)?;
     if material.get("name").is_none() {
@@ -54,7 +56,7 @@ pub(super) fn replace(
     }
     let reflection = metallic_roughness(material.get("pbrMetallicRoughness"), asset)?;
     material.set("pbrMetallicRoughness", reflection);
-    let extensions = extensions(material.get("extensions"), asset, textures)?;
+    let extensions = extensions(material.get("extensions"), asset, textures, document)?;
     material.set("extensions", extensions);
     if let Some(extras) = extras(material.get("extras"), asset)? {
         material.set("extras", extras);
@@ -142,6 +144,7 @@ fn extensions(
     raw: Option<&str>,
     asset: &Asset,
     textures: Vec<TextureEntry>,
+    document: Option<String>,
 ) -> serde_json::Result<String> {
     let fit = &asset.gltf;
     let mut extensions = Pieces::object(raw.unwrap_or("{}"))?;
@@ -164,7 +167,9 @@ fn extensions(
         };
         extensions.set(name, body);
     }
-    extensions.set(EXTENSION, serde_json::to_string(&Extension::new(&asset.material, textures))?);
+    let mut body = Extension::new(&asset.material, textures);
+    body.document = document;
+    extensions.set(EXTENSION, serde_json::to_string(&body)?);
     Ok(extensions.to_text())
 }
 

@@ -25,6 +25,7 @@ mod contents;
 mod draft;
 mod error;
 mod export;
+mod fingerprint;
 mod glb;
 mod material;
 mod obj;
@@ -50,6 +51,7 @@ pub use container::Container;
 pub use contents::{Contents, ContentsError, Kind, MaterialContent, SceneContent, SlotContent};
 pub use error::SceneError;
 pub use export::{Export, OutputFile};
+pub use fingerprint::is_unedited;
 pub use slot::{Pattern, Slot, SlotId, resolve};
 pub use triangles::Triangle;
 
@@ -133,6 +135,10 @@ impl Scene {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let folder = if folder == Path::new("") { PathBuf::from(".") } else { folder };
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
+        // Opening a pipe would wait for a writer.
+        if !fs::metadata(path)?.is_file() {
+            return Err(SceneError::NotAFile);
+        }
         let mut start = Vec::new();
         fs::File::open(path)?.take(4).read_to_end(&mut start)?;
         match &*ending {

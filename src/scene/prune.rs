@@ -7,7 +7,10 @@ use std::{
     ops::Range,
 };
 
-use super::{
+use base64::{Engine as _, prelude::BASE64_STANDARD};
+
+use crate::asset::Asset;
+use crate::scene::{
     Bytes, Scene, SceneError, SlotId,
     draft::Draft,
     material,
@@ -15,10 +18,11 @@ use super::{
     text::{Pieces, quote},
     walk::{self, Member},
 };
-use crate::asset::Asset;
 
 /// A white PNG of one pixel.
-const PIXEL: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
+const PIXEL: &[u8] =
+    b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x01\0\0\0\x01\x08\0\0\0\0:~\x9bU\0\0\0\nIDAT\
+    x\x9cc\xf8\x0f\0\x01\x01\x01\0\xb18\xf6\x14\0\0\0\0IEND\xaeB`\x82";
 
 /// Bytes are taken out in runs of whole multiples of this, so that what follows stays aligned.
 const ALIGNMENT: u64 = 8;
@@ -35,10 +39,6 @@ impl Scene {
         if images.is_empty() && released.is_empty() {
             return Ok(self);
         }
-        let mut draft = Draft::new(&self.text, None)?;
-        for index in &images {
-            draft.edit("images", *index, placeholder)?;
-        }
         let holes = self.holes(&released);
         let (mut bin, mut removed) = (self.bin.clone(), 0);
         if let (Some(pieces), false) = (&mut bin, holes.is_empty()) {
@@ -46,6 +46,7 @@ impl Scene {
             *pieces = without(pieces, &holes);
             removed = all - pieces.iter().map(Bytes::len).sum::<u64>();
         }
+        let mut draft = Draft::new(&self.text, bin.as_ref())?;
         if removed > 0 {
             move_views(draft.array("bufferViews")?, &self.outline, &holes)?;
             let length = self.outline.buffers[0].byte_length.0 - removed;
@@ -55,7 +56,15 @@ impl Scene {
                 Ok(buffer.to_text())
             })?;
         }
-        let (text, _) = draft.finish()?;
+        // A .glb may not hold data URIs, and a .gltf has no buffer that is sure to be writable.
+        let pixel = match &draft.bin {
+            Some(_) if !images.is_empty() => Some(draft.embed(PIXEL.to_vec().into())?),
+            _ => None,
+        };
+        for index in &images {
+            draft.edit("images", *index, |raw| placeholder(raw, pixel))?;
+        }
+        let (text, bin) = draft.finish()?;
         let warnings = self.warnings;
         Ok(Scene { warnings, ..Scene::new(text, bin, self.rest, self.source)? })
     }
@@ -71,7 +80,7 @@ impl Scene {
             match replaced.get(&index) {
                 Some(asset) => {
                     before.extend(textures(raw));
-                    after.extend(textures(&material::replace(raw, asset, Vec::new())?));
+                    after.extend(textures(&material::replace(raw, asset, Vec::new(), None)?));
                 }
                 None => after.extend(textures(raw)),
             }
@@ -113,7 +122,7 @@ impl Scene {
         }
         let views: BTreeSet<u64> =
             users.into_iter().filter(|(_, count)| *count == 0).map(|(view, _)| view).collect();
-        let ranges = |(index, view): (usize, &super::outline::BufferView)| {
+        let ranges = |(index, view): (usize, &crate::scene::outline::BufferView)| {
             let gone = views.contains(&(index as u64));
             let own =
                 (view.buffer.0 == 0).then_some((gone, view.byte_offset.0, view.byte_length.0));
@@ -153,12 +162,20 @@ pub(super) fn replaced(assigned: &[(SlotId, &Asset)]) -> BTreeSet<usize> {
     assigned.iter().filter_map(|(slot, _)| slot.index()).collect()
 }
 
-/// The image's text with the placeholder in place of its content.
-fn placeholder(raw: &str) -> serde_json::Result<String> {
+/// The image's text with the placeholder in place of its content: in a buffer view, or as a data
+/// URI.
+fn placeholder(raw: &str, view: Option<usize>) -> serde_json::Result<String> {
     let mut image = Pieces::object(raw)?;
     image.remove("bufferView");
+    image.remove("uri");
     image.set("mimeType", quote("image/png"));
-    image.set("uri", quote(PIXEL));
+    match view {
+        Some(view) => image.set("bufferView", view.to_string()),
+        None => {
+            let data = BASE64_STANDARD.encode(PIXEL);
+            image.set("uri", quote(&format!("data:image/png;base64,{data}")));
+        }
+    }
     Ok(image.to_text())
 }
 
@@ -232,7 +249,7 @@ fn move_views(
             let offset = moved(c.byte_offset.0).to_string();
             let raw = object.get("extensions").unwrap_or("{}").to_owned();
             let mut extensions = Pieces::object(&raw)?;
-            for name in super::outline::COMPRESSION {
+            for name in crate::scene::outline::COMPRESSION {
                 if let Some(raw) = extensions.get(name).map(str::to_owned) {
                     let mut body = Pieces::object(&raw)?;
                     body.set("byteOffset", offset.clone());
