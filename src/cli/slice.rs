@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::cli::evaluator::{Evaluation, Evaluator};
+use crate::cli::evaluator::Evaluation;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection::Materials;
