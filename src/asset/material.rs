@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::brdf::lobes::Lobes;
 use crate::lut::Placed;
-use crate::material::{ChannelParams, MaskingParams};
+use crate::material::{LobeParams, Material, MaterialError};
+use crate::microfacet::SharedMixture;
 
 /// The parameters of a material.
 ///
@@ -18,27 +18,10 @@ pub struct Parameters {
     /// Diffuse albedo ρd.
     pub diffuse: [f64; 3],
     /// None to three lobes.
-    pub lobes: Vec<LobeEntry>,
+    pub lobes: Vec<LobeParams>,
 }
 
-/// The parameters of a lobe: one distribution and its masking, Fresnel and scale per colour.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LobeEntry {
-    /// Width α of the distribution: a *squared* Beckmann width.
-    pub alpha: f64,
-    /// Exponent p of the power-law factor t^{−p}.
-    pub p: f64,
-    /// The published form of the masking function.
-    pub masking: MaskingParams,
-    /// Specular scale ρs.
-    pub rho_s: [f64; 3],
-    /// Fresnel parameter f0.
-    pub f0: [f64; 3],
-    /// Fresnel parameter f1; F(0°) = f0 − f1.
-    pub f1: [f64; 3],
-}
-
-/// A material with what a renderer needs beside its parameters.
+/// A material with the numbers that a renderer needs beside its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MaterialEntry {
     /// Its parameters.
@@ -47,7 +30,7 @@ pub struct MaterialEntry {
     /// D(0) of each lobe \[1/sr\].
     pub ndf_peak: Vec<f64>,
     /// The distribution of each lobe as a Beckmann mixture.
-    pub mixture: MixtureEntry,
+    pub mixture: SharedMixture,
     /// Its row in the `ndf` and `masking` textures, a third of its first row in `albedo`; `None`
     /// without a visible lobe.
     pub row: Option<usize>,
@@ -56,16 +39,6 @@ pub struct MaterialEntry {
     /// How far the parameters are from the measurement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<StatedError>,
-}
-
-/// Beckmann mixtures that share their widths:
-/// D_j = Σ_i weights\[i\]\[j\] · D_beckmann(alpha\[i\]) for lobe j.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MixtureEntry {
-    /// Beckmann widths, ascending.
-    pub alpha: Vec<f64>,
-    /// The weight of each width, one per lobe; a lobe's weights are ≥ 0 and sum to 1.
-    pub weights: Vec<Vec<f64>>,
 }
 
 /// The distance of a material from the measurement that it describes.
@@ -77,41 +50,38 @@ pub struct StatedError {
     pub source: String,
 }
 
-impl MaterialEntry {
-    /// The entry of a baked material and its mixture: a lobe for each channel, of that colour
-    /// alone; the three share their row of Fresnel curves.
+impl Parameters {
+    /// The parameters of a material whose lobes all have a masking fit.
     #[must_use]
-    pub fn new(placed: &Placed, mixture: &Lobes) -> Self {
-        let lobes: Vec<LobeEntry> = (0..3).map(|c| lobe(&placed.channels[c], c)).collect();
+    pub fn of(material: &Material) -> Self {
         Self {
-            parameters: Parameters {
-                name: placed.name.clone(),
-                diffuse: placed.channels.map(|channel| channel.rho_d),
-                lobes,
-            },
-            ndf_peak: placed.ndf_peak.to_vec(),
-            mixture: MixtureEntry {
-                alpha: mixture.alpha.clone(),
-                weights: mixture.weights.iter().map(|weights| weights.to_vec()).collect(),
-            },
-            row: placed.row,
-            fresnel_rows: placed.row.map_or_else(Vec::new, |row| vec![row; 3]),
-            error: None,
+            name: material.name.clone(),
+            diffuse: material.rho_d(),
+            lobes: material.lobes().to_vec(),
         }
+    }
+
+    /// The material of these parameters.
+    ///
+    /// # Errors
+    ///
+    /// A diffuse colour out of range, or more lobes than a material can have.
+    pub fn material(&self) -> Result<Material, MaterialError> {
+        Material::new(self.name.clone(), self.diffuse, self.lobes.clone())
     }
 }
 
-/// The lobe of one channel, which colours nothing else.
-fn lobe(channel: &ChannelParams, c: usize) -> LobeEntry {
-    let of_channel = |value: f64| std::array::from_fn(|i| if i == c { value } else { 0.0 });
-    LobeEntry {
-        alpha: channel.alpha,
-        p: channel.p,
-        masking: channel
-            .masking
-            .expect("the bake completes the masking of every channel it places"),
-        rho_s: of_channel(channel.rho_s),
-        f0: of_channel(channel.f0),
-        f1: of_channel(channel.f1),
+impl MaterialEntry {
+    /// The entry of a baked material and its mixture.
+    #[must_use]
+    pub fn new(placed: &Placed, mixture: SharedMixture) -> Self {
+        Self {
+            parameters: Parameters::of(&placed.material),
+            ndf_peak: placed.ndf_peak.clone(),
+            mixture,
+            row: placed.row,
+            fresnel_rows: placed.fresnel_rows.clone(),
+            error: None,
+        }
     }
 }

@@ -18,7 +18,7 @@ use crate::material::Material;
 
 pub use extension::{EXTENSION, Extension, ExtensionError, Extras};
 pub use manifest::{Manifest, ManifestError, ManifestMaterial};
-pub use material::{LobeEntry, MaterialEntry, MixtureEntry, Parameters, StatedError};
+pub use material::{MaterialEntry, Parameters, StatedError};
 
 /// A material as an engine takes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,10 +100,10 @@ pub fn build_with_progress(
 
 impl Asset {
     fn new(material: &Material, placed: &Placed, textures: &[Texture]) -> Self {
-        let mixture = fit::lobes::for_picture(material);
+        let mixture = fit::mixture::for_picture(material);
         let used = |texture: &&Texture| texture.holds(placed.row);
         Self {
-            material: MaterialEntry::new(placed, &mixture),
+            material: MaterialEntry::new(placed, mixture),
             gltf: fit::gltf::fit(material).material,
             textures: textures.iter().filter(used).cloned().collect(),
         }

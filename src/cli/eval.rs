@@ -11,8 +11,8 @@ use crate::cli::input::{self, next_line};
 use crate::cli::output::Output;
 use crate::cli::selection::{Direction, Materials};
 use crate::cli::terminal::name;
-use sgdbake::brdf::Terms;
-use sgdbake::material::Channel;
+use sgdbake::brdf::{LobeTerms, Terms};
+use sgdbake::material::{Channel, Material};
 
 /// Evaluates the reflectance for pairs of directions, one result a line.
 ///
@@ -45,27 +45,56 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
+    /// Of several materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'a str>,
     wi: [f64; 3],
     wo: [f64; 3],
-    r: Terms,
-    g: Terms,
-    b: Terms,
+    r: ChannelTerms,
+    g: ChannelTerms,
+    b: ChannelTerms,
+    /// Of a material where more than one lobe colours a channel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lobes: Option<&'a [LobeTerms]>,
+}
+
+/// The terms of one channel.
+#[derive(Serialize)]
+struct ChannelTerms {
+    /// Of the lobe that alone colours the channel.
+    #[serde(flatten)]
+    factors: Option<Factors>,
+    specular: f64,
+    diffuse: f64,
+    brdf: f64,
+}
+
+/// The factors of a lobe in one colour.
+#[derive(Clone, Copy, Serialize)]
+struct Factors {
+    ndf: f64,
+    g1_i: f64,
+    g1_o: f64,
+    fresnel: f64,
+}
+
+impl Factors {
+    fn of(terms: &LobeTerms, colour: usize) -> Self {
+        let LobeTerms { ndf, g1_i, g1_o, fresnel } = *terms;
+        Self { ndf, g1_i, g1_o, fresnel: fresnel[colour] }
+    }
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = arguments.materials.load()?;
+    let evaluators: Vec<Evaluator> =
+        materials.iter().map(|material| arguments.evaluation.of(material)).collect();
     // One material needs no name, as the caller gave it.
-    let several = materials.len() > 1;
-    let evaluators: Vec<(Option<&str>, Evaluator)> = materials
-        .iter()
-        .map(|m| (several.then_some(m.name.as_str()), arguments.evaluation.of(m)))
-        .collect();
+    let named = materials.len() > 1;
     let mut print = |wi, wo| {
-        evaluators.iter().try_for_each(|(material, evaluator)| {
-            print_pair(evaluator, *material, [wi, wo], arguments.json, output)
+        materials.iter().zip(&evaluators).try_for_each(|(material, evaluator)| {
+            print_pair(material, named, evaluator, [wi, wo], arguments.json, output)
         })
     };
     match (arguments.wi, arguments.wo, &arguments.pairs) {
@@ -79,25 +108,65 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
 }
 
 fn print_pair(
+    material: &Material,
+    named: bool,
     evaluator: &Evaluator,
-    material: Option<&str>,
     [wi, wo]: [DVec3; 2],
     json: bool,
     output: &mut Output,
 ) -> Result<(), Failure> {
-    let [r, g, b] = evaluator.terms(wi, wo);
+    let terms = evaluator.terms(wi, wo);
+    let lobes = &terms.lobes[..material.lobes().len()];
+    let of_channel = material.channel_lobes();
     if json {
+        let factors = |c: usize| of_channel.map(|of| Factors::of(&lobes[of[c]], c));
+        let [r, g, b] = [0, 1, 2].map(|c| ChannelTerms {
+            factors: factors(c),
+            specular: terms.specular[c],
+            diffuse: terms.diffuse[c],
+            brdf: terms.brdf[c],
+        });
         let (wi, wo) = (wi.to_array(), wo.to_array());
-        return output.json(&Line { schema: "sgdbake/eval/1", material, wi, wo, r, g, b });
+        let lobes = of_channel.is_none().then_some(lobes);
+        let material = named.then_some(material.name.as_str());
+        return output.json(&Line { schema: "sgdbake/eval/1", material, wi, wo, r, g, b, lobes });
     }
-    let of = material.map_or_else(String::new, |material| format!("{}  ", name(material)));
+    let of = if named { format!("{}  ", name(&material.name)) } else { String::new() };
     output.line(format!("{of}wi {wi}  wo {wo}"))?;
+    match of_channel {
+        Some(of) => print_channels(&terms, of, output),
+        None => print_lobes(&terms, lobes, output),
+    }
+}
+
+/// A line of numbers after a name.
+fn columns(name: &str, numbers: &[f64]) -> String {
+    numbers.iter().fold(name.to_owned(), |line, n| format!("{line} {n:>12.6e}"))
+}
+
+/// A line for each channel, with the factors of its lobe.
+fn print_channels(terms: &Terms, of: [usize; 3], output: &mut Output) -> Result<(), Failure> {
     output.line("           ndf         g1_i         g1_o      fresnel     specular      diffuse         brdf")?;
-    for (channel, terms) in Channel::ALL.into_iter().zip([r, g, b]) {
-        let Terms { ndf, g1_i, g1_o, fresnel, specular, diffuse, brdf } = terms;
-        let numbers = [ndf, g1_i, g1_o, fresnel, specular, diffuse, brdf];
-        let columns = numbers.map(|n| format!("{n:>12.6e}")).join(" ");
-        output.line(format!("{} {columns}", channel.name()))?;
+    for (c, channel) in Channel::ALL.into_iter().enumerate() {
+        let Factors { ndf, g1_i, g1_o, fresnel } = Factors::of(&terms.lobes[of[c]], c);
+        let Terms { specular, diffuse, brdf, .. } = terms;
+        let numbers = [ndf, g1_i, g1_o, fresnel, specular[c], diffuse[c], brdf[c]];
+        output.line(columns(channel.name(), &numbers))?;
+    }
+    Ok(())
+}
+
+/// A line for each lobe, and one for each channel.
+fn print_lobes(terms: &Terms, lobes: &[LobeTerms], output: &mut Output) -> Result<(), Failure> {
+    output
+        .line("           ndf         g1_i         g1_o    fresnel r    fresnel g    fresnel b")?;
+    for (j, LobeTerms { ndf, g1_i, g1_o, fresnel: [r, g, b] }) in lobes.iter().enumerate() {
+        output.line(columns(&(j + 1).to_string(), &[*ndf, *g1_i, *g1_o, *r, *g, *b]))?;
+    }
+    output.line("      specular      diffuse         brdf")?;
+    for (c, channel) in Channel::ALL.into_iter().enumerate() {
+        let numbers = [terms.specular[c], terms.diffuse[c], terms.brdf[c]];
+        output.line(columns(channel.name(), &numbers))?;
     }
     Ok(())
 }

@@ -3,10 +3,9 @@
 use clap::ValueEnum;
 use glam::DVec3;
 
-use sgdbake::brdf::{Factors, SgdBatch, SgdBrdf, Terms};
+use sgdbake::brdf::{LobeCurves, MaskingKind, SgdBatch, SgdBrdf, Terms};
 use sgdbake::material::Material;
 use sgdbake::math::direction::cos_sin_degrees;
-use sgdbake::microfacet::masking::MaskingKind;
 
 /// How to evaluate.
 #[derive(Debug, clap::Args)]
@@ -68,22 +67,22 @@ pub enum Evaluator {
 }
 
 impl Evaluator {
-    /// f and its terms for a pair of directions, per channel.
+    /// f and its terms for a pair of directions.
     #[must_use]
-    pub fn terms(&self, wi: DVec3, wo: DVec3) -> [Terms; 3] {
+    pub fn terms(&self, wi: DVec3, wo: DVec3) -> Terms {
         match self {
-            Self::Double(brdf) => brdf.channels.each_ref().map(|c| c.terms(wi, wo)),
+            Self::Double(brdf) => brdf.terms(wi, wo),
             Self::Single(batch) => batch.terms(wi.as_vec3(), wo.as_vec3()),
         }
     }
 
-    /// The factors against one angle, per channel.
+    /// The factors of each lobe against one angle.
     #[must_use]
-    pub fn factors(&self, theta_deg: f64) -> [Factors; 3] {
+    pub fn curves(&self, theta_deg: f64) -> Vec<LobeCurves> {
         let (cos, sin) = cos_sin_degrees(theta_deg);
         match self {
-            Self::Double(brdf) => brdf.channels.each_ref().map(|c| c.factors(cos, sin)),
-            Self::Single(batch) => batch.factors(cos as f32, sin as f32),
+            Self::Double(brdf) => brdf.lobes.iter().map(|lobe| lobe.curves(cos, sin)).collect(),
+            Self::Single(batch) => batch.curves(cos as f32, sin as f32),
         }
     }
 }

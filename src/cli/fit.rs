@@ -8,13 +8,14 @@ use serde::Serialize;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection::Materials;
-use sgdbake::brdf::{Distribution, LobesBrdf, OneLobeBrdf, Reflectance};
+use sgdbake::brdf::{Brdf, OneLobe, Reflectance};
 use sgdbake::fit::gltf::GltfFit;
-use sgdbake::fit::lobes::{LobesFit, MOST_LOBES};
+use sgdbake::fit::mixture::{MAX_COMPONENTS, MixtureFit};
 use sgdbake::fit::one_lobe::OneLobeFit;
 use sgdbake::fit::target::Residuals;
-use sgdbake::fit::{Metric, Reason, Target, gltf, lobes, one_lobe};
+use sgdbake::fit::{Metric, Reason, Target, gltf, mixture, one_lobe};
 use sgdbake::material::Material;
+use sgdbake::microfacet::Family;
 use sgdbake::report::appearance::{Appearance, ReferenceBall, evaluation_ns};
 
 /// Fits simpler models to materials and prints their parameters, residuals, the colour difference
@@ -35,7 +36,7 @@ pub struct Arguments {
         default_value = "beckmann,ggx,mixture,gltf"
     )]
     model: Vec<Model>,
-    /// Beckmann lobes of the model 'mixture', 1 to 32
+    /// Beckmann distributions of the model 'mixture', from 1 to 32
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = component_count)]
     components: usize,
     /// Machine-readable output, one JSON object a line
@@ -50,18 +51,18 @@ enum Model {
     Beckmann,
     /// One GGX lobe, per channel and with one width for all three
     Ggx,
-    /// Several Beckmann lobes with widths shared by the channels
+    /// Several Beckmann distributions with widths shared by the lobes
     Mixture,
     /// A glTF 2.0 material
     Gltf,
 }
 
-/// What a fit found.
+/// The result of a fit.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 enum Fit {
     OneLobe(Box<OneLobeFit>),
-    Lobes(LobesFit),
+    Mixture(MixtureFit),
     Gltf(GltfFit),
 }
 
@@ -183,13 +184,13 @@ impl Model {
     }
 
     fn fit(self, target: &Target, count: usize) -> Fit {
-        let one_lobe = |distribution| {
-            Fit::OneLobe(Box::new(one_lobe::fit_target(target, distribution, Metric::default())))
+        let one_lobe = |family| {
+            Fit::OneLobe(Box::new(one_lobe::fit_target(target, family, Metric::default())))
         };
         match self {
-            Self::Beckmann => one_lobe(Distribution::Beckmann),
-            Self::Ggx => one_lobe(Distribution::Ggx),
-            Self::Mixture => Fit::Lobes(lobes::fit_target(target, count)),
+            Self::Beckmann => one_lobe(Family::Beckmann),
+            Self::Ggx => one_lobe(Family::Ggx),
+            Self::Mixture => Fit::Mixture(mixture::fit_target(target, count)),
             Self::Gltf => Fit::Gltf(gltf::fit_target(target, Metric::default())),
         }
     }
@@ -202,11 +203,12 @@ impl Fit {
     fn reflectances(&self, material: &Material) -> Vec<Named> {
         match self {
             Self::OneLobe(fit) => vec![
-                ("per channel", fit.per_channel_residuals, Box::new(fit.per_channel)),
-                ("joint", fit.joint_residuals, Box::new(fit.joint)),
+                ("per channel", fit.per_channel_residuals, Box::new(fit.per_channel.brdf())),
+                ("joint", fit.joint_residuals, Box::new(fit.joint.brdf())),
             ],
-            Self::Lobes(fit) => {
-                vec![("mixture", fit.residuals, Box::new(LobesBrdf::new(material, &fit.lobes)))]
+            Self::Mixture(fit) => {
+                let brdf = Brdf::of_mixture(material, &fit.mixture);
+                vec![("mixture", fit.residuals, Box::new(brdf))]
             }
             Self::Gltf(fit) => vec![("material", fit.residuals, Box::new(fit.material))],
         }
@@ -215,7 +217,7 @@ impl Fit {
     fn reasons(&self) -> &[Reason] {
         match self {
             Self::OneLobe(fit) => &fit.reasons,
-            Self::Lobes(fit) => &fit.reasons,
+            Self::Mixture(fit) => &fit.reasons,
             Self::Gltf(fit) => &fit.reasons,
         }
     }
@@ -224,15 +226,18 @@ impl Fit {
     fn parameters(&self) -> String {
         match self {
             Self::OneLobe(fit) => {
-                let alpha = |brdf: &OneLobeBrdf| brdf.channels.map(|c| c.alpha);
+                let alpha = |fit: &OneLobe| fit.channels.map(|c| c.alpha);
                 let [r, g, b] = alpha(&fit.per_channel);
                 format!("alpha {r:.4} {g:.4} {b:.4}; joint {:.4}", fit.joint.channels[0].alpha)
             }
-            Self::Lobes(fit) => {
-                let [r, g, b] = fit.ndf_error;
-                let alpha: Vec<String> =
-                    fit.lobes.alpha.iter().map(|alpha| format!("{alpha:.4}")).collect();
-                format!("alpha {}; error of D {r:.5} {g:.5} {b:.5}", alpha.join(" "))
+            Self::Mixture(fit) => {
+                let numbers = |digits: usize, numbers: &[f64]| -> String {
+                    let texts: Vec<String> =
+                        numbers.iter().map(|n| format!("{n:.digits$}")).collect();
+                    texts.join(" ")
+                };
+                let (alpha, error) = (numbers(4, &fit.mixture.alpha), numbers(5, &fit.ndf_error));
+                format!("alpha {alpha}; error of D {error}")
             }
             Self::Gltf(fit) => {
                 let m = &fit.material;
@@ -251,7 +256,7 @@ impl Fit {
 
 fn component_count(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(count) if (1..=MOST_LOBES).contains(&count) => Ok(count),
-        _ => Err(format!("must be between 1 and {MOST_LOBES}")),
+        Ok(count) if (1..=MAX_COMPONENTS).contains(&count) => Ok(count),
+        _ => Err(format!("must be between 1 and {MAX_COMPONENTS}")),
     }
 }

@@ -5,7 +5,9 @@ use serde_json::{Map, Value, json};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection;
-use sgdbake::material::{Channel, Material, catalog};
+use sgdbake::asset::Parameters;
+use sgdbake::lut::row::with_masking_fits;
+use sgdbake::material::{Material, catalog};
 use sgdbake::report::number::six_digits;
 use sgdbake::report::parameters::{COLUMNS, Row, rows};
 
@@ -45,33 +47,40 @@ fn list(json: bool, output: &mut Output) -> Result<(), Failure> {
 fn show(material: &Material, json: bool, output: &mut Output) -> Result<(), Failure> {
     let rows = rows(material);
     if json {
-        return output.json(&table_json(&material.name, &rows));
+        return output.json(&table_json(material, &rows));
     }
     output.line(&material.name)?;
-    output.line(header())?;
-    for (channel, row) in Channel::ALL.into_iter().zip(&rows) {
-        output.line(table_line(channel, row))?;
-    }
+    output.line(header(&rows))?;
+    rows.iter().try_for_each(|(name, row)| output.line(table_line(name, row)))?;
     Ok(())
 }
 
-fn header() -> String {
-    COLUMNS.iter().fold(" ".to_owned(), |line, column| format!("{line} {column:>12}"))
+/// The width of the longest name of a row.
+fn name_width(rows: &[(String, Row)]) -> usize {
+    rows.iter().map(|(name, _)| name.len()).max().unwrap_or(1)
 }
 
-fn table_line(channel: Channel, row: &Row) -> String {
-    row.iter().fold(channel.name().to_owned(), |line, number| {
+fn header(rows: &[(String, Row)]) -> String {
+    let corner = " ".repeat(name_width(rows));
+    COLUMNS.iter().fold(corner, |line, column| format!("{line} {column:>12}"))
+}
+
+fn table_line(name: &str, row: &Row) -> String {
+    row.iter().fold(name.to_owned(), |line, number| {
         format!("{line} {:>12}", number.map_or_else(|| "-".to_owned(), six_digits))
     })
 }
 
-fn table_json(name: &str, rows: &[Row; 3]) -> Value {
-    let channels: Map<String, Value> = Channel::ALL
-        .into_iter()
-        .zip(rows)
-        .map(|(channel, row)| (channel.name().to_owned(), row_json(row)))
-        .collect();
-    json!({"schema": "sgdbake/material/1", "name": name, "channels": channels})
+fn table_json(material: &Material, rows: &[(String, Row)]) -> Value {
+    let name = &material.name;
+    if material.channel_lobes().is_some() {
+        let channels: Map<String, Value> =
+            rows.iter().map(|(channel, row)| (channel.clone(), row_json(row))).collect();
+        return json!({"schema": "sgdbake/material/1", "name": name, "channels": channels});
+    }
+    let parameters = Parameters::of(&with_masking_fits(material));
+    let Parameters { name, diffuse, lobes } = parameters;
+    json!({"schema": "sgdbake/material/1", "name": name, "diffuse": diffuse, "lobes": lobes})
 }
 
 /// Keys as in a material file, and what follows from them: `K`, `theta0`, `error`.

@@ -61,7 +61,7 @@ enum ModelChoice {
     Beckmann,
     /// The best single GGX lobe
     Ggx,
-    /// Five Beckmann lobes with widths shared by the channels
+    /// Five Beckmann distributions with widths shared by the lobes
     Mixture,
     /// The best glTF material
     Gltf,
@@ -75,7 +75,7 @@ impl From<ModelChoice> for Model {
             ModelChoice::Sgd => Self::Sgd,
             ModelChoice::Beckmann => Self::Beckmann,
             ModelChoice::Ggx => Self::Ggx,
-            ModelChoice::Mixture => Self::Lobes,
+            ModelChoice::Mixture => Self::Mixture,
             ModelChoice::Gltf => Self::Gltf,
             ModelChoice::Lut => Self::Lut,
         }

@@ -7,8 +7,8 @@ use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection::Materials;
 use crate::cli::terminal::name;
-use sgdbake::brdf::Factors;
-use sgdbake::material::Channel;
+use sgdbake::brdf::LobeCurves;
+use sgdbake::material::{Channel, Material};
 
 /// Prints the factors of the model against an angle: D and G1 at θ, the Fresnel factor at θd = θ.
 #[derive(Debug, clap::Args)]
@@ -32,46 +32,103 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
+    /// Of several materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'a str>,
     theta_deg: f64,
+    #[serde(flatten)]
+    channels: Option<Channels>,
+    /// Of a material where more than one lobe colours a channel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lobes: Option<&'a [LobeCurves]>,
+}
+
+/// The factors of the lobe that alone colours each channel.
+#[derive(Clone, Copy, Serialize)]
+struct Channels {
     r: Factors,
     g: Factors,
     b: Factors,
 }
 
+/// The factors of a lobe in one colour.
+#[derive(Clone, Copy, Serialize)]
+struct Factors {
+    ndf: f64,
+    lambda: f64,
+    g1: f64,
+    fresnel: f64,
+}
+
+impl Channels {
+    fn of(lobes: &[LobeCurves], of_channel: [usize; 3]) -> Self {
+        let factors = |c: usize| {
+            let LobeCurves { ndf, lambda, g1, fresnel } = lobes[of_channel[c]];
+            Factors { ndf, lambda, g1, fresnel: fresnel[c] }
+        };
+        Self { r: factors(0), g: factors(1), b: factors(2) }
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = arguments.materials.load()?;
-    for material in &materials {
-        let evaluator = arguments.evaluation.of(material);
-        // One material needs no name, as the caller gave it.
-        let material = (materials.len() > 1).then_some(material.name.as_str());
-        if !arguments.json {
-            material.map_or(Ok(()), |material| output.line(name(material)))?;
-            output.line("theta_deg channel          ndf       lambda           g1      fresnel")?;
+    // One material needs no name, as the caller gave it.
+    let named = materials.len() > 1;
+    materials.iter().try_for_each(|material| print(arguments, material, named, output))
+}
+
+fn print(
+    arguments: &Arguments,
+    material: &Material,
+    named: bool,
+    output: &mut Output,
+) -> Result<(), Failure> {
+    let evaluator = arguments.evaluation.of(material);
+    if !arguments.json {
+        if named {
+            output.line(name(&material.name))?;
         }
-        for theta in &arguments.theta_deg {
-            print_angle(&evaluator, material, *theta, arguments.json, output)?;
-        }
+        output.line(match material.channel_lobes() {
+            Some(_) => "theta_deg channel          ndf       lambda           g1      fresnel",
+            None => "theta_deg lobe             ndf       lambda           g1    fresnel r    fresnel g    fresnel b",
+        })?;
     }
-    Ok(())
+    arguments.theta_deg.iter().try_for_each(|theta| {
+        print_angle(material, named, &evaluator, *theta, arguments.json, output)
+    })
 }
 
 fn print_angle(
+    material: &Material,
+    named: bool,
     evaluator: &Evaluator,
-    material: Option<&str>,
     theta_deg: f64,
     json: bool,
     output: &mut Output,
 ) -> Result<(), Failure> {
-    let [r, g, b] = evaluator.factors(theta_deg);
+    let lobes = evaluator.curves(theta_deg);
+    let channels = material.channel_lobes().map(|of| Channels::of(&lobes, of));
     if json {
-        return output.json(&Line { schema: "sgdbake/slice/1", material, theta_deg, r, g, b });
+        let lobes = channels.is_none().then_some(&lobes[..]);
+        let material = named.then_some(material.name.as_str());
+        let schema = "sgdbake/slice/1";
+        return output.json(&Line { schema, material, theta_deg, channels, lobes });
     }
-    for (channel, Factors { ndf, lambda, g1, fresnel }) in Channel::ALL.into_iter().zip([r, g, b]) {
-        let columns = [ndf, lambda, g1, fresnel].map(|n| format!("{n:>12.6e}")).join(" ");
-        output.line(format!("{theta_deg:>9} {:<7} {columns}", channel.name()))?;
+    let mut line = |name: &str, numbers: &[f64]| {
+        let columns: Vec<String> = numbers.iter().map(|n| format!("{n:>12.6e}")).collect();
+        output.line(format!("{theta_deg:>9} {name:<7} {}", columns.join(" ")))
+    };
+    if let Some(Channels { r, g, b }) = channels {
+        for (channel, Factors { ndf, lambda, g1, fresnel }) in
+            Channel::ALL.into_iter().zip([r, g, b])
+        {
+            line(channel.name(), &[ndf, lambda, g1, fresnel])?;
+        }
+        return Ok(());
+    }
+    for (j, LobeCurves { ndf, lambda, g1, fresnel: [r, g, b] }) in lobes.iter().enumerate() {
+        line(&(j + 1).to_string(), &[*ndf, *lambda, *g1, *r, *g, *b])?;
     }
     Ok(())
 }

@@ -7,9 +7,9 @@ use std::time::Instant;
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::brdf::{ChannelBrdf, Reflectance, SgdBrdf};
+use crate::brdf::{MaskingKind, Reflectance, SgdBrdf};
 use crate::material::Material;
-use crate::microfacet::masking::MaskingKind;
+use crate::microfacet::Accuracy;
 use crate::preview::Film;
 use crate::preview::ball::{KEY_LIGHT, under_sun};
 
@@ -28,8 +28,6 @@ pub struct Appearance {
 
 /// Width and height of the ball in pixels.
 const BALL: usize = 32;
-/// Relative accuracy of the exact masking of the ball: far below what 8 bits show.
-const ACCURACY: f64 = 1e-6;
 
 /// A material's ball under one light, to compare others with.
 #[derive(Clone, Debug)]
@@ -39,8 +37,7 @@ impl ReferenceBall {
     /// The ball of a material with its exact masking.
     #[must_use]
     pub fn new(material: &Material) -> Self {
-        let exact = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, ACCURACY);
-        let exact = SgdBrdf { channels: material.channels.each_ref().map(exact) };
+        let exact = SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Picture);
         Self(under_sun(&exact, KEY_LIGHT, BALL))
     }
 

@@ -7,16 +7,16 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::brdf::sampler::{Sampler, Strategy, published_sample};
-use crate::brdf::{SgdBrdf, directional_albedo};
+use crate::brdf::{MaskingKind, SgdBrdf, directional_albedo};
 use crate::material::Material;
-use crate::microfacet::masking::MaskingKind;
 
 /// An estimator of the directional albedo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Estimator {
     /// Directions drawn as a renderer draws them, weighted by f cosθi/pdf.
     Sampled(Strategy),
-    /// The estimator that the paper's supplement prints, biased away from normal incidence.
+    /// The estimator that the paper's supplement prints, biased away from normal incidence. It knows
+    /// one lobe a channel: of a material with more, each colour's first.
     Published,
 }
 
@@ -46,8 +46,13 @@ pub fn estimate(
     let quadrature = directional_albedo(&brdf, wo.z);
     let moments = match estimator {
         Estimator::Published => {
-            let channels = brdf.channels.each_ref();
-            moments(&|u| channels.map(|channel| published_sample(channel, wo, u).printed), n, seed)
+            let last = brdf.lobes.len().saturating_sub(1);
+            let lobes = material.channel_lobes().unwrap_or([0, 1, 2].map(|c: usize| c.min(last)));
+            let printed = |c: usize, u| match brdf.lobes.get(lobes[c]) {
+                Some(_) => published_sample(&brdf, c, lobes[c], wo, u).printed,
+                None => brdf.rho_d[c],
+            };
+            moments(&|u| [0, 1, 2].map(|c| printed(c, u)), n, seed)
         }
         Estimator::Sampled(strategy) => {
             let sampler = Sampler::new(material, masking, strategy);

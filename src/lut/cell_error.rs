@@ -1,9 +1,10 @@
-//! Envelopes: for every cell between two texels, the largest error of the value decoded there.
+//! Cell errors: for every cell between two texels, the largest error of the value decoded there.
 
 use rayon::prelude::*;
 
+use crate::lut::axis::Warp;
 use crate::lut::quantity::Encoding;
-use crate::lut::row::Row;
+use crate::lut::row::Rows;
 use crate::lut::table::Table;
 use crate::lut::term::Term;
 
@@ -18,24 +19,25 @@ const WEIGHT_ERROR: f32 = 1.0 / 512.0;
 /// Linear interpolation errs most in the middle of a cell, so that a smooth quantity's error
 /// anywhere is bounded by that of its cell. Relative for `exp_times`, absolute for `identity`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Envelope {
+pub struct CellErrors {
     cells_per_row: usize,
     errors: Vec<[f32; 3]>,
 }
 
-impl Envelope {
-    /// The envelope of the table of a factor of `rows`.
+impl CellErrors {
+    /// The cell errors of the table of a factor.
     #[must_use]
-    pub fn new(term: Term, table: &Table, rows: &[Row]) -> Self {
+    pub fn new(term: Term, table: &Table, rows: &Rows) -> Self {
         let cells_per_row = table.size[0] - 1;
-        let errors = (0..rows.len() * cells_per_row)
+        let warp = term.warp(rows);
+        let errors = (0..term.row_count(rows) * cells_per_row)
             .into_par_iter()
-            .map(|i| cell_error(term, table, rows, i / cells_per_row, i % cells_per_row))
+            .map(|i| cell_error(term, table, rows, &warp, [i / cells_per_row, i % cells_per_row]))
             .collect();
         Self { cells_per_row, errors }
     }
 
-    /// The error bound per channel at coordinate `u` of a row.
+    /// The error bound per texel channel at coordinate `u` of a row.
     #[must_use]
     pub fn at(&self, row: usize, u: f32) -> [f64; 3] {
         let cell = ((u * self.cells_per_row as f32) as usize).min(self.cells_per_row - 1);
@@ -43,22 +45,27 @@ impl Envelope {
     }
 }
 
-fn cell_error(term: Term, table: &Table, rows: &[Row], row: usize, cell: usize) -> [f32; 3] {
+fn cell_error(
+    term: Term,
+    table: &Table,
+    rows: &Rows,
+    warp: &Warp,
+    [row, cell]: [usize; 2],
+) -> [f32; 3] {
     let cells = table.size[0] - 1;
     let [a, b] = [cell, cell + 1].map(|i| table.texels.get(row * table.size[0] + i));
+    let exact = WITHIN_CELL
+        .map(|t| term.texel(rows, row, warp, (cell as f64 + f64::from(t)) / cells as f64));
     std::array::from_fn(|c| {
-        let (Some(lobe), Some(warp)) = (&rows[row].lobes[c], &table.axes[0].warp) else {
-            return 0.0;
-        };
         // How far a decoded texel lies below and above the exact one.
-        let span = |[lowest, highest]: [f64; 2], within: f32| {
-            let u = (cell as f64 + f64::from(within)) / cells as f64;
-            let exact = term.texel(lobe, warp, row, u);
-            let off = [-WEIGHT_ERROR, 0.0, WEIGHT_ERROR]
-                .map(|shift| f64::from(a[c] + (b[c] - a[c]) * (within + shift)) - exact);
-            [off.into_iter().fold(lowest, f64::min), off.into_iter().fold(highest, f64::max)]
-        };
-        let [below, above] = WITHIN_CELL.into_iter().fold([0.0, 0.0], span);
+        let (mut below, mut above): (f64, f64) = (0.0, 0.0);
+        for (within, exact) in WITHIN_CELL.into_iter().zip(exact) {
+            let Some(exact) = exact[c] else { return 0.0 };
+            for shift in [-WEIGHT_ERROR, 0.0, WEIGHT_ERROR] {
+                let off = f64::from(a[c] + (b[c] - a[c]) * (within + shift)) - exact;
+                (below, above) = (below.min(off), above.max(off));
+            }
+        }
         let error = match table.encoding {
             Encoding::Identity | Encoding::Times { .. } => above.max(-below),
             Encoding::ExpTimes { .. } => above.exp_m1().max(-below.exp_m1()),

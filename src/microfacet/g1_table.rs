@@ -1,8 +1,9 @@
-//! Smith's G1 as a table: polynomials on every scale that a mixture of Beckmann lobes has.
+//! G1 as a table: polynomials on every scale that a mixture of Beckmann distributions has.
 
 use nalgebra::SVector;
 
 use crate::math::chebyshev::{interpolation, nodes};
+use crate::microfacet::{BeckmannMixture, Distribution};
 
 /// Coefficients of a piece.
 const ORDER: usize = 8;
@@ -24,7 +25,7 @@ const HIGH: f64 = 6.5;
 /// at least 15 with each term; eight terms leave less than 1e-8 of G1. Below the narrowest lobe's
 /// width one piece reaches the horizon; beyond the widest, G1 = 1.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SmithTable {
+pub struct G1Table {
     /// The number of the first quarter octave, as the leading bits of its cotθ.
     first: u64,
     /// Where it starts; the first piece lies below.
@@ -32,10 +33,11 @@ pub struct SmithTable {
     pieces: Vec<[f64; ORDER]>,
 }
 
-impl SmithTable {
-    /// The table of `g1` against cotθ, of lobes with widths from `narrowest` to `widest`.
+impl G1Table {
+    /// The table of a mixture's G1.
     #[must_use]
-    pub fn new(narrowest: f64, widest: f64, g1: impl Fn(f64) -> f64) -> Self {
+    pub fn of(mixture: &BeckmannMixture) -> Self {
+        let [narrowest, widest] = mixture.widths();
         let number = |cot: f64| cot.to_bits() >> PLACE_BITS;
         let first = number(LOW * narrowest);
         let end = number(HIGH * widest).max(first) + 1;
@@ -45,7 +47,7 @@ impl SmithTable {
         let piece = |low: f64, high: f64| -> [f64; ORDER] {
             let value = |v: f64| {
                 let cot = 0.5 * ((high + low) + (high - low) * v);
-                g1(cot) / cot
+                mixture.g1(cot) / cot
             };
             (fit * SVector::from(nodes().map(value))).into()
         };
@@ -73,16 +75,16 @@ impl SmithTable {
 #[cfg(test)]
 mod tests {
     use crate::material::catalog;
-    use crate::microfacet::{BeckmannMixture, SmithMasking};
+    use crate::microfacet::{Accuracy, Distribution, Sgd};
 
     #[test]
-    fn every_published_channel_and_odd_ones_keep_the_stated_accuracy() {
-        let published = catalog().iter().flat_map(|entry| entry.material.channels);
+    fn every_published_lobe_and_odd_ones_keep_the_stated_accuracy() {
+        let published = catalog().iter().flat_map(|entry| entry.channels);
         let shapes =
             published.map(|c| (c.alpha, c.p)).chain([(1e-8, 4.0), (50.0, 0.1), (0.3, 0.0)]);
         let mut worst: f64 = 0.0;
         for (alpha, p) in shapes {
-            let exact = SmithMasking::new(&BeckmannMixture::new(alpha, p, 1e-8));
+            let exact = Sgd::new(alpha, p, Accuracy::Table);
             let table = exact.clone().tabulated();
             for k in 0..400 {
                 let cot = 10_f64.powf(f64::from(k) / 25.0 - 12.0);
@@ -94,7 +96,7 @@ mod tests {
 
     #[test]
     fn the_ends_are_exact() {
-        let table = SmithMasking::new(&BeckmannMixture::new(0.1, 0.5, 1e-8)).tabulated();
+        let table = Sgd::new(0.1, 0.5, Accuracy::Table).tabulated();
         assert_eq!(table.g1(0.0), 0.0);
         assert_eq!(table.g1(f64::INFINITY), 1.0);
     }

@@ -151,7 +151,7 @@ pub struct Minimum {
 }
 
 /// Steps tried; each costs one evaluation.
-const MOST_STEPS: usize = 60;
+const MAX_STEPS: usize = 60;
 
 /// The local minimum of Σ r² in the box that Levenberg–Marquardt reaches from `start`; it ends when
 /// a step lowers Σ r² by less than `tolerance` of it.
@@ -167,7 +167,7 @@ pub fn minimise(
     let mut x = bounds.clamp(start);
     let mut at = equations(&x);
     let mut damping = 1e-4;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let step = box_quadratic(&damped(&at.hessian, damping), &at.gradient, &bounds.shifted(&x));
         let next_x = bounds.clamp(&(&x + step));
         let next = equations(&next_x);

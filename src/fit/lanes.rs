@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::fit::metric::Metric;
 use crate::fit::target::{Pair, Target};
-use crate::math::box_least_squares::{LANES, Lanes};
+use crate::math::least_squares::{LANES, Lanes};
 
 /// Pairs side by side, and what a fit aims at there.
 #[derive(Clone, Copy, Debug, PartialEq)]
