@@ -45,6 +45,7 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
+    /// Of several materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'a str>,
     wi: [f64; 3],
@@ -87,16 +88,13 @@ impl Factors {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = arguments.materials.load()?;
+    let evaluators: Vec<Evaluator> =
+        materials.iter().map(|material| arguments.evaluation.of(material)).collect();
     // One material needs no name, as the caller gave it.
-    let several = materials.len() > 1;
-    let evaluators: Vec<(&Material, Evaluator)> =
-        materials.iter().map(|material| (material, arguments.evaluation.of(material))).collect();
+    let named = materials.len() > 1;
     let mut print = |wi, wo| {
-        evaluators.iter().try_for_each(|(material, evaluator)| {
-            let named = several.then_some(material.name.as_str());
-            let line =
-                Evaluated { material, named, pair: [wi, wo], terms: evaluator.terms(wi, wo) };
-            if arguments.json { line.json(output) } else { line.print(output) }
+        materials.iter().zip(&evaluators).try_for_each(|(material, evaluator)| {
+            print_pair(material, named, evaluator, [wi, wo], arguments.json, output)
         })
     };
     match (arguments.wi, arguments.wo, &arguments.pairs) {
@@ -109,41 +107,35 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     }
 }
 
-/// The terms of a material for a pair of directions.
-struct Evaluated<'a> {
-    material: &'a Material,
-    /// The material's name, where there are several.
-    named: Option<&'a str>,
-    pair: [DVec3; 2],
-    terms: Terms,
-}
-
-impl Evaluated<'_> {
-    fn json(&self, output: &mut Output) -> Result<(), Failure> {
-        let lobes = &self.terms.lobes[..self.material.lobes().len()];
-        let of_channel = self.material.channel_lobes();
+fn print_pair(
+    material: &Material,
+    named: bool,
+    evaluator: &Evaluator,
+    [wi, wo]: [DVec3; 2],
+    json: bool,
+    output: &mut Output,
+) -> Result<(), Failure> {
+    let terms = evaluator.terms(wi, wo);
+    let lobes = &terms.lobes[..material.lobes().len()];
+    let of_channel = material.channel_lobes();
+    if json {
+        let factors = |c: usize| of_channel.map(|of| Factors::of(&lobes[of[c]], c));
         let [r, g, b] = [0, 1, 2].map(|c| ChannelTerms {
-            factors: of_channel.map(|of| Factors::of(&lobes[of[c]], c)),
-            specular: self.terms.specular[c],
-            diffuse: self.terms.diffuse[c],
-            brdf: self.terms.brdf[c],
+            factors: factors(c),
+            specular: terms.specular[c],
+            diffuse: terms.diffuse[c],
+            brdf: terms.brdf[c],
         });
-        let [wi, wo] = self.pair.map(|w| w.to_array());
+        let (wi, wo) = (wi.to_array(), wo.to_array());
         let lobes = of_channel.is_none().then_some(lobes);
-        let material = self.named;
-        output.json(&Line { schema: "sgdbake/eval/1", material, wi, wo, r, g, b, lobes })
+        let material = named.then_some(material.name.as_str());
+        return output.json(&Line { schema: "sgdbake/eval/1", material, wi, wo, r, g, b, lobes });
     }
-
-    fn print(&self, output: &mut Output) -> Result<(), Failure> {
-        let of = self.named.map_or_else(String::new, |material| format!("{}  ", name(material)));
-        let [wi, wo] = self.pair;
-        output.line(format!("{of}wi {wi}  wo {wo}"))?;
-        match self.material.channel_lobes() {
-            Some(of) => print_channels(&self.terms, of, output),
-            None => {
-                print_lobes(&self.terms, &self.terms.lobes[..self.material.lobes().len()], output)
-            }
-        }
+    let of = if named { format!("{}  ", name(&material.name)) } else { String::new() };
+    output.line(format!("{of}wi {wi}  wo {wo}"))?;
+    match of_channel {
+        Some(of) => print_channels(&terms, of, output),
+        None => print_lobes(&terms, lobes, output),
     }
 }
 

@@ -257,6 +257,6 @@ impl Fit {
 fn component_count(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=MAX_COMPONENTS).contains(&count) => Ok(count),
-        _ => Err(format!("a mixture has 1 to {MAX_COMPONENTS} components")),
+        _ => Err(format!("must be between 1 and {MAX_COMPONENTS}")),
     }
 }

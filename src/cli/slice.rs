@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use crate::cli::evaluator::Evaluation;
+use crate::cli::evaluator::{Evaluation, Evaluator};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection::Materials;
 use crate::cli::terminal::name;
 use sgdbake::brdf::LobeCurves;
-use sgdbake::material::Channel;
+use sgdbake::material::{Channel, Material};
 
 /// Prints the factors of the model against an angle: D and G1 at θ, the Fresnel factor at θd = θ.
 #[derive(Debug, clap::Args)]
@@ -32,6 +32,7 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
+    /// Of several materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'a str>,
     theta_deg: f64,
@@ -72,39 +73,48 @@ impl Channels {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = arguments.materials.load()?;
-    for material in &materials {
-        let evaluator = arguments.evaluation.of(material);
-        let of_channel = material.channel_lobes();
-        // One material needs no name, as the caller gave it.
-        let material = (materials.len() > 1).then_some(material.name.as_str());
-        if !arguments.json {
-            material.map_or(Ok(()), |material| output.line(name(material)))?;
-            output.line(match of_channel {
-                Some(_) => "theta_deg channel          ndf       lambda           g1      fresnel",
-                None => "theta_deg lobe             ndf       lambda           g1    fresnel r    fresnel g    fresnel b",
-            })?;
+    // One material needs no name, as the caller gave it.
+    let named = materials.len() > 1;
+    materials.iter().try_for_each(|material| print(arguments, material, named, output))
+}
+
+fn print(
+    arguments: &Arguments,
+    material: &Material,
+    named: bool,
+    output: &mut Output,
+) -> Result<(), Failure> {
+    let evaluator = arguments.evaluation.of(material);
+    if !arguments.json {
+        if named {
+            output.line(name(&material.name))?;
         }
-        for theta in &arguments.theta_deg {
-            let lobes = evaluator.curves(*theta);
-            let channels = of_channel.map(|of| Channels::of(&lobes, of));
-            if arguments.json {
-                let (schema, theta_deg) = ("sgdbake/slice/1", *theta);
-                let lobes = channels.is_none().then_some(&lobes[..]);
-                output.json(&Line { schema, material, theta_deg, channels, lobes })?;
-            } else {
-                print_angle(*theta, &lobes, channels, output)?;
-            }
-        }
+        output.line(match material.channel_lobes() {
+            Some(_) => "theta_deg channel          ndf       lambda           g1      fresnel",
+            None => "theta_deg lobe             ndf       lambda           g1    fresnel r    fresnel g    fresnel b",
+        })?;
     }
-    Ok(())
+    arguments.theta_deg.iter().try_for_each(|theta| {
+        print_angle(material, named, &evaluator, *theta, arguments.json, output)
+    })
 }
 
 fn print_angle(
+    material: &Material,
+    named: bool,
+    evaluator: &Evaluator,
     theta_deg: f64,
-    lobes: &[LobeCurves],
-    channels: Option<Channels>,
+    json: bool,
     output: &mut Output,
 ) -> Result<(), Failure> {
+    let lobes = evaluator.curves(theta_deg);
+    let channels = material.channel_lobes().map(|of| Channels::of(&lobes, of));
+    if json {
+        let lobes = channels.is_none().then_some(&lobes[..]);
+        let material = named.then_some(material.name.as_str());
+        let schema = "sgdbake/slice/1";
+        return output.json(&Line { schema, material, theta_deg, channels, lobes });
+    }
     let mut line = |name: &str, numbers: &[f64]| {
         let columns: Vec<String> = numbers.iter().map(|n| format!("{n:>12.6e}")).collect();
         output.line(format!("{theta_deg:>9} {name:<7} {}", columns.join(" ")))
