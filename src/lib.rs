@@ -24,6 +24,7 @@ pub mod fit;
 pub mod lut;
 pub mod material;
 pub mod math;
+pub mod measurement;
 pub mod microfacet;
 pub mod preview;
 pub mod report;
