@@ -2,18 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::brdf::{Reflectance, Sampler};
 use crate::cli::failure::Failure;
+use crate::cli::measured;
 use crate::cli::output::{Output, refuse_foreign, write_file};
 use crate::cli::selection;
 use crate::lut::BakeError;
 use crate::material::Material;
+use crate::measurement::{Filled, Measurement};
 use crate::preview::environment::EnvironmentError;
-use crate::preview::render::{Quality, Render, drawn_from, render};
+use crate::preview::render::{Quality, Render, drawn_from, drawn_like, render};
 use crate::preview::shape::Mesh;
 use crate::preview::{Environment, Film, Model, Shape};
 use crate::scene::Scene;
 
-/// Renders materials on a ball or a mesh, under the built-in lights or an environment image.
+/// Renders materials or measurements on a ball or a mesh, under the built-in lights or an environment image.
 ///
 /// Several materials stand side by side. The picture is converged by importance sampling of both
 /// the lights and the surface; the remaining noise is stated. A PNG is tone-mapped, an EXR linear.
@@ -23,8 +26,12 @@ use crate::scene::Scene;
 )]
 pub struct Arguments {
     /// A catalogue name or the path of a material file; may be given more than once
-    #[arg(long, value_name = "MATERIAL", required = true)]
+    #[arg(long, value_name = "MATERIAL", required_unless_present = "measured")]
     material: Vec<String>,
+    /// A measurement, shown as it is: MERL .binary, RGL .bsdf or .csv of samples; what was not
+    /// measured takes the nearest value. May be given more than once, and beside materials
+    #[arg(long, value_name = "FILE")]
+    measured: Vec<PathBuf>,
     /// The picture to write, .png or .exr
     #[arg(short, long, value_name = "IMAGE")]
     output: PathBuf,
@@ -80,6 +87,8 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         .iter()
         .map(|name| selection::material(name))
         .collect::<Result<_, _>>()?;
+    let measurements: Vec<Measurement> =
+        arguments.measured.iter().map(|path| measured::read(path)).collect::<Result<_, _>>()?;
     refuse_foreign(&arguments.output, arguments.force)?;
     let shape = shape(arguments.mesh.as_deref(), output)?;
     let environment =
@@ -87,18 +96,24 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     if arguments.dry_run {
         return output.line(arguments.output.display());
     }
-    let bar = output.progress(u64::from(arguments.size) * materials.len() as u64, "rows");
-    let pictures: Vec<Render> = materials
-        .iter()
-        .map(|material| {
-            let reflectance = arguments.model.reflectance(material)?;
-            let surface = drawn_from(material);
-            let models = [reflectance.as_ref()];
-            let [picture] =
-                render(&shape, &environment, &surface, models, arguments.quality(), &|| bar.inc(1));
-            Ok(picture)
-        })
-        .collect::<Result<_, BakeError>>()?;
+    let count = materials.len() + measurements.len();
+    let bar = output.progress(u64::from(arguments.size) * count as u64, "rows");
+    let picture = |surface: &Sampler, shown: &dyn Reflectance| {
+        let quality = arguments.quality();
+        let [picture] = render(&shape, &environment, surface, [shown], quality, &|| bar.inc(1));
+        picture
+    };
+    let of_material = |material| {
+        let reflectance = arguments.model.reflectance(material)?;
+        Ok(picture(&drawn_from(material), reflectance.as_ref()))
+    };
+    let of_measurement = |measurement| {
+        let filled = Filled(measurement);
+        picture(&drawn_like(&filled), &filled)
+    };
+    let mut pictures: Vec<Render> =
+        materials.iter().map(of_material).collect::<Result<_, BakeError>>()?;
+    pictures.extend(measurements.iter().map(|measurement| of_measurement(measurement)));
     bar.finish_and_clear();
     let noise = pictures.iter().map(|picture| picture.noise).fold(0.0, f64::max);
     let films: Vec<Film> = pictures.into_iter().map(|picture| picture.film).collect();

@@ -22,6 +22,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::brdf::Reflectance;
+use crate::brdf::eval::above_horizon;
 use crate::measurement::error::Problem;
 use crate::measurement::half_difference::HalfDifference;
 use crate::measurement::{NOT_MEASURED, Sample};
@@ -146,6 +147,15 @@ impl Merl {
             let f = std::array::from_fn(|c| cell[c] * SCALE[c]);
             Some(Sample { wi, wo, f, weight: solid_angles(i, j) })
         })
+    }
+}
+
+impl Reflectance for Merl {
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if !(above_horizon(wi) && above_horizon(wo)) {
+            return [0.0; 3];
+        }
+        self.value(HalfDifference::of(wi, wo))
     }
 }
 

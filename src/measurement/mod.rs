@@ -13,7 +13,6 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::brdf::Reflectance;
-use crate::brdf::eval::above_horizon;
 
 pub mod deviation;
 pub mod error;
@@ -148,13 +147,10 @@ impl Reflectance for Measurement {
     /// f(wi, wo) as measured, interpolated; [`NOT_MEASURED`] where it was not, 0 below the
     /// horizon.
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        if !(above_horizon(wi) && above_horizon(wo)) {
-            return [0.0; 3];
-        }
         match self {
-            Self::Merl(merl) => merl.value(HalfDifference::of(wi, wo)),
-            Self::Rgl(rgl) => rgl.value(wi, wo),
-            Self::Scattered(scattered) => scattered.value(HalfDifference::of(wi, wo)),
+            Self::Merl(merl) => merl.eval(wi, wo),
+            Self::Rgl(rgl) => rgl.eval(wi, wo),
+            Self::Scattered(scattered) => scattered.eval(wi, wo),
         }
     }
 }

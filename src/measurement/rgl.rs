@@ -17,6 +17,7 @@ use std::io::{self, Read, Seek, Write};
 
 use glam::{DVec2, DVec3};
 
+use crate::brdf::Reflectance;
 use crate::brdf::eval::above_horizon;
 use crate::math::direction::{cos_theta, half_sum, normalised, sin_theta, spherical};
 use crate::measurement::Sample;
@@ -133,22 +134,6 @@ impl Rgl {
         )
     }
 
-    /// f(wi, wo) \[1/sr\]; 0 below the horizon. Negative values, which colours outside the gamut
-    /// have, are 0.
-    #[must_use]
-    pub fn value(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        let Some(m) = normalised(half_sum(wi, wo)) else { return [0.0; 3] };
-        if !(above_horizon(wi) && above_horizon(wo)) {
-            return [0.0; 3];
-        }
-        let theta_i = theta(wi);
-        let place = Place::of(theta_i, &self.theta_i);
-        let at = half_vector(m, wi.y.atan2(wi.x));
-        let (s, _) = self.vndf.invert(at, place);
-        let scale = self.jacobian(at, theta_i) / cos_theta(wo);
-        std::array::from_fn(|c| self.rgb.layer(s, place, c, COLOURS).max(0.0) * scale)
-    }
-
     /// The nodes of the file whose half vector reflects wi above the horizon.
     ///
     /// A sample's weight is dωi dωo: the ring of its θi, up to the midpoints to the next, times
@@ -175,7 +160,7 @@ impl Rgl {
         (above_horizon(wi) && above_horizon(wo) && density > 0.0).then(|| Sample {
             wi,
             wo,
-            f: self.value(wi, wo),
+            f: self.eval(wi, wo),
             weight: ring * share_of_square(self.rgb.size, column, row) / density,
         })
     }
@@ -197,6 +182,21 @@ impl Rgl {
         }
         let sigma = self.sigma.eval(DVec2::new(u_of(theta_i), 0.5), Place::ONLY);
         self.ndf.eval(at, Place::ONLY) / (4.0 * sigma)
+    }
+}
+
+impl Reflectance for Rgl {
+    /// f(wi, wo) \[1/sr\]; 0 below the horizon. Negative values, which colours outside the gamut
+    /// have, are 0.
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        let m = normalised(half_sum(wi, wo)).filter(|_| above_horizon(wi) && above_horizon(wo));
+        let Some(m) = m else { return [0.0; 3] };
+        let theta_i = theta(wi);
+        let place = Place::of(theta_i, &self.theta_i);
+        let at = half_vector(m, wi.y.atan2(wi.x));
+        let (s, _) = self.vndf.invert(at, place);
+        let scale = self.jacobian(at, theta_i) / cos_theta(wo);
+        std::array::from_fn(|c| self.rgb.layer(s, place, c, COLOURS).max(0.0) * scale)
     }
 }
 

@@ -12,6 +12,7 @@ use glam::{DVec3, Vec3};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
+use crate::brdf::Reflectance;
 use crate::brdf::eval::above_horizon;
 use crate::math::direction::{normalised, spherical};
 use crate::measurement::error::{Problem, RowProblem};
@@ -118,6 +119,15 @@ impl Scattered {
             f: row.f.as_dvec3().to_array(),
             weight: solid_angles(bin) / f64::from(count[bin]),
         })
+    }
+}
+
+impl Reflectance for Scattered {
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if !(above_horizon(wi) && above_horizon(wo)) {
+            return [0.0; 3];
+        }
+        self.value(HalfDifference::of(wi, wo))
     }
 }
 
