@@ -72,11 +72,20 @@ impl Materials {
     ///
     /// As [`material`].
     pub fn load(&self) -> Result<Vec<Material>, Failure> {
-        if self.all {
-            return Ok(catalog().iter().map(|entry| entry.material.clone()).collect());
-        }
-        self.material.iter().map(|name| material(name)).collect()
+        materials(&self.material, self.all)
     }
+}
+
+/// The materials named, or the whole catalogue.
+///
+/// # Errors
+///
+/// As [`material`].
+pub fn materials(names: &[String], all: bool) -> Result<Vec<Material>, Failure> {
+    if all {
+        return Ok(catalog().iter().map(|entry| entry.material.clone()).collect());
+    }
+    names.iter().map(|name| material(name)).collect()
 }
 
 impl From<MaterialFileError> for Failure {

@@ -9,6 +9,8 @@ pub mod deviation;
 pub mod front;
 pub mod heat;
 pub mod machine;
+pub mod measured;
+pub mod measured_page;
 pub mod number;
 pub mod polar;
 pub mod sheet;
