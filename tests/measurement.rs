@@ -100,7 +100,7 @@ fn an_rgl_file_comes_back_equal() {
 }
 
 /// The largest median and 95th percentile of the relative error between the nodes; see
-/// docs/measurements.md for those of more materials.
+/// docs/measurement-formats.md for those of more materials.
 #[test]
 fn values_between_the_nodes_are_near_the_exact_ones() {
     for (name, merl, rgl) in [
