@@ -8,6 +8,7 @@ mod common;
 use std::f64::consts::{FRAC_1_PI, TAU};
 use std::fs;
 use std::io::Cursor;
+use std::process::{Command, Output};
 
 use glam::DVec3;
 use sgdbake::brdf::{Reflectance, SgdBrdf};
@@ -96,7 +97,7 @@ fn an_rgl_file_comes_back_equal() {
     let mut written = Vec::new();
     rgl.write_to(&mut written).unwrap();
     assert!(written == bytes);
-    assert_eq!(rgl, Rgl::tabulate(&brdf, "a test".into(), &|| {}));
+    assert_eq!(*rgl, Rgl::tabulate(&brdf, "a test".into(), &|| {}));
 }
 
 /// The largest median and 95th percentile of the relative error between the nodes; see
@@ -160,10 +161,12 @@ fn dense_samples_of_a_table_give_the_reflectance_between_them() {
     let brdf = sgd("pink-fabric");
     let mut csv = String::from("wi_x\twi_y\twi_z\two_x\two_y\two_z\tr\tg\tb\n");
     for row in grid() {
-        let angles: Vec<f64> = row.split(',').map(|n| n.parse::<f64>().unwrap().to_radians()).collect();
+        let angles: Vec<f64> =
+            row.split(',').map(|n| n.parse::<f64>().unwrap().to_radians()).collect();
         let (wi, wo) = (spherical(angles[0], angles[1]), spherical(angles[2], angles[3]));
         let [r, g, b] = brdf.eval(wi, wo);
-        csv += &format!("{}\t{}\t{}\t{}\t{}\t{}\t{r}\t{g}\t{b}\n", wi.x, wi.y, wi.z, wo.x, wo.y, wo.z);
+        csv +=
+            &format!("{}\t{}\t{}\t{}\t{}\t{}\t{r}\t{g}\t{b}\n", wi.x, wi.y, wi.z, wo.x, wo.y, wo.z);
     }
     let measurement = read(csv.as_bytes()).unwrap();
     let error = Deviation::of(&measurement, &brdf).unwrap();
@@ -174,10 +177,12 @@ fn dense_samples_of_a_table_give_the_reflectance_between_them() {
 
 #[test]
 fn far_from_every_sample_nothing_is_known() {
-    let csv = "theta_i,phi_i,theta_o,phi_o,r,g,b\n10,0,20,180,0.1,0.2,0.3\n11,0,20,180,0.1,0.2,0.3\n";
+    let csv =
+        "theta_i,phi_i,theta_o,phi_o,r,g,b\n10,0,20,180,0.1,0.2,0.3\n11,0,20,180,0.1,0.2,0.3\n";
     let measurement = read(csv.as_bytes()).unwrap();
     let at = |theta_i: f64, theta_o: f64| {
-        measurement.eval(spherical(theta_i.to_radians(), 0.0), spherical(theta_o.to_radians(), 3.14159))
+        measurement
+            .eval(spherical(theta_i.to_radians(), 0.0), spherical(theta_o.to_radians(), 3.14159))
     };
     assert!((at(10.0, 20.0)[1] - 0.2).abs() < 1e-6);
     assert!((at(10.5, 20.0)[1] - 0.2).abs() < 1e-6);
@@ -197,7 +202,8 @@ fn cells_without_a_measurement_are_not_interpolated_into() {
     let measurement = read(&bytes).unwrap();
     let theta_h = (10.5_f64 / 90.0).powi(2) * 90.0_f64.to_radians();
     let at = |theta_d: f64| {
-        let [wi, wo] = HalfDifference { theta_h, theta_d: theta_d.to_radians(), phi_d: 1.0 }.directions();
+        let [wi, wo] =
+            HalfDifference { theta_h, theta_d: theta_d.to_radians(), phi_d: 1.0 }.directions();
         (measurement.eval(wi, wo), Filled(&measurement).eval(wi, wo))
     };
     assert!(at(60.0).0.iter().all(|f| f.is_nan()), "in all colours");
@@ -260,7 +266,9 @@ fn damaged_merl_files_are_refused() {
         assert!(refused(&bytes).contains(&format!("blue at θh 3, θd 4, φd 5 is {shown}")));
     }
     let mut nothing = whole;
-    nothing[12..].chunks_exact_mut(8).for_each(|cell| cell.copy_from_slice(&(-1.0_f64).to_le_bytes()));
+    nothing[12..]
+        .chunks_exact_mut(8)
+        .for_each(|cell| cell.copy_from_slice(&(-1.0_f64).to_le_bytes()));
     assert!(refused(&nothing).contains("no measured value"));
 }
 
@@ -349,7 +357,8 @@ fn damaged_rgl_files_are_refused() {
         ("vndf", f32::INFINITY, "'vndf' holds inf at 0"),
         ("theta_i", 2.0, "ascending"),
     ] {
-        let found = refused(&changed(name, |field| field.3[..4].copy_from_slice(&value.to_le_bytes())));
+        let found =
+            refused(&changed(name, |field| field.3[..4].copy_from_slice(&value.to_le_bytes())));
         assert!(found.contains(message), "{found}");
     }
     let black = changed("vndf", |field| field.3.fill(0));
@@ -399,7 +408,13 @@ fn damaged_tables_are_refused_with_their_line() {
     assert!(refused(zero.as_bytes()).contains("line 2: wi does not point"));
     assert!(refused(b"theta_i,phi_i,theta_o,r,g,b\n1,2,3,4,5,6\n").contains("the header"));
     assert!(refused(b"theta_i,phi_i,theta_o,phi_o,r,g,b\n").contains("no measured value"));
-    assert!(read("\u{feff}# by us\nr, g, b, theta_i, phi_i, theta_o, phi_o\n1,1,1,-30,0,60,180\n".as_bytes()).is_ok());
+    assert!(
+        read(
+            "\u{feff}# by us\nr, g, b, theta_i, phi_i, theta_o, phi_o\n1,1,1,-30,0,60,180\n"
+                .as_bytes()
+        )
+        .is_ok()
+    );
 }
 
 #[test]
@@ -434,4 +449,80 @@ fn a_network_tabulated_is_the_network() {
     let error = Deviation::of(&merl, network).unwrap();
     println!("{name} as MERL cells: {error:?}");
     assert!(error.median < 0.005 && error.percentile_95 < 0.05, "{error:?}");
+}
+
+fn sgdbake(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_sgdbake")).args(arguments).output().expect("the binary runs")
+}
+
+/// Runs a command that must end with exit code 0, and gives its stdout.
+fn done(arguments: &[&str]) -> String {
+    let output = sgdbake(arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {message}");
+    String::from_utf8(output.stdout).expect("stdout is text")
+}
+
+#[test]
+fn tabulate_writes_what_preview_and_audit_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).into_os_string().into_string().unwrap();
+    let bsdf = path("gold.bsdf");
+    let tabulate = |out: &str, more: &[&str]| {
+        let common = ["tabulate", "--material", "gold-paint", "-o", out];
+        sgdbake(&[&common[..], more].concat())
+    };
+    let dry = tabulate(&bsdf, &["--dry-run"]);
+    assert_eq!(String::from_utf8(dry.stdout).unwrap(), format!("would write {bsdf}\n"));
+    assert!(fs::read(&bsdf).is_err(), "a dry run writes nothing");
+    let json: serde_json::Value =
+        serde_json::from_slice(&tabulate(&bsdf, &["--json"]).stdout).unwrap();
+    assert_eq!((&json["schema"], &json["format"]), (&"sgdbake/tabulate/1".into(), &"rgl".into()));
+    assert!(json["error"]["median"].as_f64().unwrap() < 0.002, "{json}");
+    let first = fs::read(&bsdf).unwrap();
+    assert!(tabulate(&bsdf, &["--threads", "1"]).status.success(), "it is the tool's own file");
+    assert!(first == fs::read(&bsdf).unwrap(), "the same bytes on any number of threads");
+
+    let binary = path("gold.binary");
+    done(&["tabulate", "--measured", &bsdf, "-o", &binary]);
+    let again = tabulate(&binary, &[]);
+    assert_eq!(again.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&again.stderr).contains("overwrite it with --force"));
+    assert!(tabulate(&binary, &["--force", "--model", "ggx"]).status.success());
+
+    let report = done(&["audit", "--measured", &bsdf, "--material", "chrome", "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    assert_eq!(report["materials"][0]["material"], "chrome");
+    let audit = &report["measurements"][0];
+    assert!(audit["coverage"].as_f64().unwrap() > 0.98);
+    assert!(audit["bands"][1]["reciprocity"].as_f64().unwrap() < 0.002);
+    let albedo = audit["channels"][1]["albedo"][0]["albedo"].as_f64().unwrap();
+    assert!((albedo - 0.1697).abs() < 1e-3, "{albedo}");
+    assert!(done(&["audit", "--measured", &bsdf]).starts_with("## gold\n"));
+
+    let picture = path("ball.png");
+    let small = ["--size", "16", "--samples", "16", "-o", &picture];
+    done(&[&["preview", "--measured", &bsdf, "--material", "chrome"], &small[..]].concat());
+    assert!(fs::read(&picture).unwrap().starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn wrong_names_and_files_end_with_their_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let letter = folder.path().join("gold.binary");
+    fs::write(&letter, "Dear reader,\n").unwrap();
+    let letter = letter.to_str().unwrap();
+    for (arguments, code, message) in [
+        (vec!["audit", "--measured", letter], 1, "gold.binary: text whose first line"),
+        (vec!["preview", "--measured", letter, "-o", "a.png"], 1, "text whose first line"),
+        (vec!["tabulate", "--material", "chrome", "-o", "a.txt"], 2, "use .binary (MERL) or .bsdf"),
+        (vec!["tabulate", "-o", "a.bsdf"], 2, "required"),
+        (vec!["audit"], 2, "required"),
+        (vec!["preview", "-o", "a.png"], 2, "required"),
+    ] {
+        let output = sgdbake(&arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(message), "{arguments:?}: {stderr}");
+    }
 }

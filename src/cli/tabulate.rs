@@ -73,7 +73,7 @@ struct Report<'a> {
 /// A table in either format.
 enum Table {
     Merl(Merl),
-    Rgl(Rgl),
+    Rgl(Box<Rgl>),
 }
 
 /// Runs the command.
@@ -137,7 +137,7 @@ fn tabulate(format: Format, name: &str, reflectance: &dyn Reflectance, output: &
         Table::Merl(Merl::tabulate(reflectance, &step))
     } else {
         let description = format!("{name}, written by {GENERATOR}");
-        Table::Rgl(Rgl::tabulate(&Filled(reflectance), description, &step))
+        Table::Rgl(Box::new(Rgl::tabulate(&Filled(reflectance), description, &step)))
     };
     bar.finish_and_clear();
     table

@@ -58,7 +58,8 @@ impl Deviation {
 /// The n-th of a sequence of pairs that fills (√θh, θd, φd) evenly, if it is high enough.
 fn pair(n: u32) -> Option<[DVec3; 2]> {
     // Roberts' generalised golden ratios in three dimensions.
-    const STEPS: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
+    const STEPS: [f64; 3] =
+        [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
     let [h, d, phi] = STEPS.map(|step| (0.5 + step * f64::from(n)).fract());
     let angles =
         HalfDifference { theta_h: FRAC_PI_2 * h * h, theta_d: FRAC_PI_2 * d, phi_d: TAU * phi };

@@ -106,7 +106,9 @@ pub enum RowProblem {
     #[error("{0} does not point above the surface; leave out rows at and below the horizon")]
     Direction(&'static str),
     /// A reflectance below 0.
-    #[error("{column} is {found}; a reflectance is at least 0: leave out rows without a measurement")]
+    #[error(
+        "{column} is {found}; a reflectance is at least 0: leave out rows without a measurement"
+    )]
     Negative {
         /// The column.
         column: &'static str,

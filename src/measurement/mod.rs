@@ -70,7 +70,7 @@ pub enum Measurement {
     /// A table over half and difference angles.
     Merl(Merl),
     /// Tables in an adaptive parameterisation.
-    Rgl(Rgl),
+    Rgl(Box<Rgl>),
     /// Samples at any pairs.
     Scattered(Scattered),
 }
@@ -108,7 +108,7 @@ impl Measurement {
             Content::Merl => Merl::read(reader, length).map(Self::Merl),
             Content::Rgl => {
                 let mut reader = BufReader::new(reader);
-                Rgl::read(&mut reader, length).map(Self::Rgl)
+                Rgl::read(&mut reader, length).map(Box::new).map(Self::Rgl)
             }
             Content::Csv { delimiter } => {
                 Scattered::read(BufReader::new(reader), delimiter).map(Self::Scattered)
@@ -225,8 +225,9 @@ fn text(start: &[u8]) -> Option<&str> {
 
 /// Whether three integers are the header of a MERL file with other sizes.
 fn is_header(sizes: [i32; 3], length: u64) -> bool {
-    let plausible = sizes.iter().all(|size| (1..=MOST_CELLS).contains(size));
-    let cells: u64 = sizes.iter().map(|size| (*size).max(0) as u64).product();
-    plausible && length == 12 + 24 * cells
+    if !sizes.iter().all(|size| (1..=MOST_CELLS).contains(size)) {
+        return false;
+    }
+    let cells: u64 = sizes.iter().map(|size| u64::from(size.unsigned_abs())).product();
+    length == 12 + 24 * cells
 }
-

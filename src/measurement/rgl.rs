@@ -110,7 +110,8 @@ impl Rgl {
             (name, [series, &[rows, columns]].concat())
         };
         let floats = |(name, shape), values| Tensor { name, shape, data: Data::F32(values) };
-        let bytes = |name, data: &'static [u8]| Tensor { name, shape: vec![1], data: Data::U8(data) };
+        let bytes =
+            |name, data: &'static [u8]| Tensor { name, shape: vec![1], data: Data::U8(data) };
         let description = self.description.as_bytes();
         let jacobian = if self.jacobian { &[1] } else { &[0] };
         let of_colours = [series[0], series[1], COLOURS];

@@ -8,14 +8,14 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::brdf::Reflectance;
 use crate::brdf::eval::above_horizon;
-use crate::math::direction::{cos_theta, half_sum, normalised, sin_theta, spherical};
+use crate::math::direction::{cos_theta, sin_theta, spherical};
 use crate::measurement::half_difference::HalfDifference;
-use crate::measurement::rgl::{Rgl, half_vector, half_vector_at, solid_angle_of_wo};
+use crate::measurement::rgl::{Rgl, half_vector_at, solid_angle_of_wo};
 use crate::measurement::warp::{Grid, Place, Warp, node};
 
 /// Angles of incidence, evenly from 0 to the last.
@@ -99,22 +99,23 @@ impl Rgl {
         (rgb.collect(), luminance.collect())
     }
 
-    /// What a node of the colours holds: f cosθo · 4 sigma/ndf, continued with the opposite sign
-    /// below the horizon, so that what is interpolated passes through 0 there.
+    /// What a node of the colours holds: f cosθo · 4 sigma/ndf, and 0 below the horizon, so that
+    /// nothing that is interpolated is negative.
     fn node(&self, reflectance: &dyn Reflectance, theta_i: f64, at: DVec2, density: f64) -> Node {
         let wi = spherical(theta_i, 0.0);
         let m = half_vector_at(at);
         let wo = 2.0 * wi.dot(m) * m - wi;
-        let seen = DVec3::new(wo.x, wo.y, wo.z.abs());
-        if !above_horizon(seen) {
+        if !above_horizon(wo) {
             return Node::default();
         }
-        let f = reflectance.eval(wi, seen).map(|f| if f > 0.0 { f } else { 0.0 });
-        let half = normalised(half_sum(wi, seen)).unwrap_or(DVec3::Z);
-        let factor = self.jacobian(half_vector(half, 0.0), theta_i);
-        let colour = f.map(|f| f * cos_theta(wo) / factor);
-        let mean = f.iter().sum::<f64>() / 3.0 * cos_theta(wo).max(0.0);
-        Node { colour, share: mean * solid_angle_of_wo(at, wi, m).max(0.0) / density }
+        let reflected =
+            reflectance.eval(wi, wo).map(|f| if f > 0.0 { f * cos_theta(wo) } else { 0.0 });
+        let factor = self.jacobian(at, theta_i);
+        let mean = reflected.iter().sum::<f64>() / 3.0;
+        Node {
+            colour: reflected.map(|reflected| reflected / factor),
+            share: mean * solid_angle_of_wo(at, wi, m).max(0.0) / density,
+        }
     }
 }
 
@@ -172,7 +173,8 @@ fn sigma(ndf: &Grid) -> Grid {
     const AZIMUTHS: usize = 64;
     let rings: Vec<(f64, f64)> = (1..PROFILE_NODES)
         .map(|i| {
-            let [a, b] = [i - 1, i].map(|i| FRAC_PI_2 * (i as f64 / (PROFILE_NODES - 1) as f64).powi(2));
+            let [a, b] =
+                [i - 1, i].map(|i| FRAC_PI_2 * (i as f64 / (PROFILE_NODES - 1) as f64).powi(2));
             let middle = 0.5 * (f64::from(ndf.values[i - 1]) + f64::from(ndf.values[i]));
             (0.5 * (a + b), middle * (a.cos() - b.cos()) * TAU / AZIMUTHS as f64)
         })

@@ -143,8 +143,8 @@ fn shepard(near: &[(f32, DVec3)]) -> DVec3 {
     }
     let weight = |distance: f64| ((radius - distance) / (radius * distance)).powi(2);
     let weighted = near.iter().map(|(distance, f)| (weight(f64::from(*distance)), *f));
-    let (total, sum) = weighted
-        .fold((0.0, DVec3::ZERO), |(total, sum), (w, f)| (total + w, sum + w * f));
+    let (total, sum) =
+        weighted.fold((0.0, DVec3::ZERO), |(total, sum), (w, f)| (total + w, sum + w * f));
     sum / total
 }
 
@@ -162,11 +162,8 @@ impl Row {
     /// The box that the sample lies in.
     fn bin(&self) -> usize {
         let angles = HalfDifference::of(self.wi.as_dvec3(), self.wo.as_dvec3());
-        let shares = [
-            (angles.theta_h / FRAC_PI_2).sqrt(),
-            angles.theta_d / FRAC_PI_2,
-            angles.phi_d / TAU,
-        ];
+        let shares =
+            [(angles.theta_h / FRAC_PI_2).sqrt(), angles.theta_d / FRAC_PI_2, angles.phi_d / TAU];
         let [h, d, phi] =
             [0, 1, 2].map(|i| ((shares[i] * BINS[i] as f64) as usize).min(BINS[i] - 1));
         phi + BINS[2] * (d + BINS[1] * h)
@@ -176,9 +173,8 @@ impl Row {
 /// 2π sinθh dθh · 4 cosθd sinθd dθd · dφd over a box.
 fn solid_angles(bin: usize) -> f64 {
     let row = bin / BINS[2];
-    let ends = |index: usize, count: usize| {
-        [index, index + 1].map(|edge| edge as f64 / count as f64)
-    };
+    let ends =
+        |index: usize, count: usize| [index, index + 1].map(|edge| edge as f64 / count as f64);
     let [a, b] = ends(row / BINS[1], BINS[0]).map(|x| (FRAC_PI_2 * x * x).cos());
     let [c, d] = ends(row % BINS[1], BINS[1]).map(|x| (FRAC_PI_2 * x).sin().powi(2));
     TAU * (a - b) * 2.0 * (d - c) * TAU / BINS[2] as f64

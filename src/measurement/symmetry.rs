@@ -17,7 +17,8 @@ pub struct Spread {
     /// Their mean; NaN where none was measured.
     pub mean: [f64; 3],
     /// Their standard deviation, of the mean of the colours relative to its mean: an estimate of
-    /// the noise. `None` where fewer than two were measured, or all are 0.
+    /// the noise. Values that are equal count once: a format may store several pairs as one.
+    /// `None` where fewer than two pairs were measured, or all are 0.
     pub relative: Option<f64>,
 }
 
@@ -35,13 +36,20 @@ impl Spread {
     }
 }
 
-/// √(Σ (x − x̄)²/(n − 1))/x̄ of the means of the colours.
+/// Relative difference up to which two values are one that is stored once, and rounding.
+const EQUAL: f64 = 1e-9;
+
+/// √(Σ (x − x̄)²/(n − 1))/x̄ of the means of the colours that differ.
 fn relative_deviation(values: &[[f64; 3]]) -> Option<f64> {
-    let grey: Vec<f64> = values.iter().map(|f| f.iter().sum::<f64>() / 3.0).collect();
+    let mut grey: Vec<f64> = values.iter().map(|f| f.iter().sum::<f64>() / 3.0).collect();
+    let measured = grey.len();
+    grey.sort_by(f64::total_cmp);
+    grey.dedup_by(|a, b| (*a - *b).abs() <= EQUAL * b.abs());
     let n = grey.len() as f64;
     let mean = grey.iter().sum::<f64>() / n;
     let squares: f64 = grey.iter().map(|x| (x - mean).powi(2)).sum();
-    (grey.len() > 1 && mean > 0.0).then(|| (squares / (n - 1.0)).sqrt() / mean)
+    let variance = squares / (n - 1.0).max(1.0);
+    (measured > 1 && mean > 0.0).then(|| variance.sqrt() / mean)
 }
 
 /// A reflectance averaged over its symmetries: exactly isotropic and reciprocal.

@@ -149,11 +149,14 @@ impl<'r, R: Read + Seek> TensorFile<'r, R> {
             let left = 4 * (count - numbers.len() as u64);
             let piece = &mut piece[..left.min(4096) as usize];
             self.reader.read_exact(piece)?;
-            numbers.extend(piece.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
+            numbers.extend(
+                piece.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+            );
         }
         let wrong = numbers.iter().position(|number| !(number.is_finite() && *number >= least));
         wrong.map_or(Ok(()), |index| {
-            let needed = if least == f32::MIN { "a finite number" } else { "a finite number ≥ 0" };
+            let needed =
+                if least == f32::MIN { "a finite number" } else { "a finite number ≥ 0" };
             Err(TensorProblem::Value { name, found: numbers[index].to_string(), index, needed })
         })?;
         Ok(numbers)
@@ -176,10 +179,8 @@ impl<'r, R: Read + Seek> TensorFile<'r, R> {
         let field = self.field(name)?;
         let size = field.shape.iter().product::<u64>() * field.kind.bytes();
         let offset = field.offset;
-        self.budget = self
-            .budget
-            .checked_sub(size)
-            .ok_or_else(|| TensorProblem::Beyond(name.to_owned()))?;
+        self.budget =
+            self.budget.checked_sub(size).ok_or_else(|| TensorProblem::Beyond(name.to_owned()))?;
         self.reader.seek(SeekFrom::Start(offset))?;
         Ok(size)
     }

@@ -26,8 +26,7 @@ impl Place {
 
     /// The value at index `i` of tables of `stride` values each.
     fn mix(self, values: &[f32], stride: usize, i: usize) -> f64 {
-        let [a, b] =
-            [self.lower, self.upper].map(|slice| f64::from(values[slice * stride + i]));
+        let [a, b] = [self.lower, self.upper].map(|slice| f64::from(values[slice * stride + i]));
         a + self.share * (b - a)
     }
 
@@ -190,8 +189,7 @@ impl Warp {
             f64::from(self.density.values[slice * self.density.stride() + i])
                 * f64::from(self.scale[slice])
         };
-        let corner =
-            |i| lerp(scaled(place.lower, i), scaled(place.upper, i), place.share);
+        let corner = |i| lerp(scaled(place.lower, i), scaled(place.upper, i), place.share);
         let [v00, v10, v01, v11] = cell.corners(self.density.size).map(corner);
         [lerp(v00, v01, cell.y), lerp(v10, v11, cell.y)]
     }

@@ -80,7 +80,10 @@ pub fn audit_measured(name: &str, measurement: &Measurement) -> MeasuredAudit {
         format: measurement.format(),
         samples,
         coverage: (solid_angle / (TAU * TAU)).min(1.0),
-        bands: BANDS.windows(2).map(|ends| band(measurement, &looked_at, ends[0], ends[1])).collect(),
+        bands: BANDS
+            .windows(2)
+            .map(|ends| band(measurement, &looked_at, ends[0], ends[1]))
+            .collect(),
         channels: energy(measurement),
     }
 }
@@ -91,8 +94,7 @@ fn band(measurement: &Measurement, samples: &[Sample], from_deg: f64, to_deg: f6
         (from_deg..to_deg).contains(&theta)
     };
     let samples: Vec<&Sample> = samples.iter().filter(within).collect();
-    let spread =
-        samples.par_iter().filter_map(|s| Spread::of(measurement, s.wi, s.wo).relative);
+    let spread = samples.par_iter().filter_map(|s| Spread::of(measurement, s.wi, s.wo).relative);
     let swapped = samples.par_iter().filter_map(|s| asymmetry(measurement, s.wi, s.wo));
     Band {
         from_deg,
@@ -121,8 +123,9 @@ fn energy(measurement: &Measurement) -> [Energy; 3] {
         .map(|theta_deg| albedo(measurement, spherical(theta_deg.to_radians(), 0.0)))
         .collect();
     [0, 1, 2].map(|c| {
-        let at = |(theta_deg, albedo): (&f64, &[f64; 3])| {
-            AlbedoAt { theta_deg: *theta_deg, albedo: albedo[c] }
+        let at = |(theta_deg, albedo): (&f64, &[f64; 3])| AlbedoAt {
+            theta_deg: *theta_deg,
+            albedo: albedo[c],
         };
         let albedo: Vec<AlbedoAt> = ALBEDO_ANGLES.iter().zip(&albedos).map(at).collect();
         let gaining = albedo.iter().find(|at| at.albedo > 1.0);
@@ -173,7 +176,10 @@ mod tests {
                 let wo = spherical(theta_deg.to_radians(), 0.0);
                 let exact = directional_albedo(&brdf, wo.z);
                 for (found, exact) in albedo(&brdf, wo).into_iter().zip(exact) {
-                    assert!((found / exact - 1.0).abs() < 5e-3, "{name} {theta_deg}: {found} {exact}");
+                    assert!(
+                        (found / exact - 1.0).abs() < 5e-3,
+                        "{name} {theta_deg}: {found} {exact}"
+                    );
                 }
             }
         }
