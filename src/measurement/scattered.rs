@@ -9,8 +9,7 @@ use std::io::BufRead;
 
 use csv::{ReaderBuilder, StringRecord};
 use glam::{DVec3, Vec3};
-use rstar::RTree;
-use rstar::primitives::GeomWithData;
+use kd_tree::KdTree4;
 
 use crate::brdf::Reflectance;
 use crate::brdf::eval::above_horizon;
@@ -40,13 +39,13 @@ const FARTHEST: f32 = 0.12;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scattered {
-    rows: Vec<Row>,
-    tree: RTree<GeomWithData<[f32; 4], u32>>,
+    rows: KdTree4<Row>,
 }
 
-/// One sample, in single precision: measurements have fewer digits.
+/// One sample, in single precision: measurements have fewer digits, and the list is the tree.
 #[derive(Clone, Copy, Debug)]
 struct Row {
+    place: [f32; 4],
     wi: Vec3,
     wo: Vec3,
     f: Vec3,
@@ -76,27 +75,17 @@ impl Scattered {
         if rows.is_empty() {
             return Err(Problem::NothingMeasured);
         }
-        Ok(Self::of(rows))
-    }
-
-    fn of(rows: Vec<Row>) -> Self {
-        let at = |(i, row): (usize, &Row)| {
-            let angles = HalfDifference::of(row.wi.as_dvec3(), row.wo.as_dvec3());
-            GeomWithData::new(place(angles), i as u32)
-        };
-        let tree = RTree::bulk_load(rows.iter().enumerate().map(at).collect());
-        Self { rows, tree }
+        let rows = KdTree4::build_by(rows, |a, b, axis| a.place[axis].total_cmp(&b.place[axis]));
+        Ok(Self { rows })
     }
 
     /// f at the angles of a pair; [`NOT_MEASURED`] far from every sample.
     #[must_use]
     pub fn value(&self, angles: HalfDifference) -> [f64; 3] {
-        let at = place(angles);
-        let near: Vec<(f32, DVec3)> = self
-            .tree
-            .nearest_neighbor_iter_with_distance_2(at)
-            .take(NEIGHBOURS)
-            .map(|(found, squared)| (squared.sqrt(), self.rows[found.data as usize].f.as_dvec3()))
+        let found = self.rows.nearests_by(&place(angles), NEIGHBOURS, |row, axis| row.place[axis]);
+        let near: Vec<(f32, DVec3)> = found
+            .into_iter()
+            .map(|near| (near.squared_distance.sqrt(), near.item.f.as_dvec3()))
             .collect();
         match near[..] {
             [] => NOT_MEASURED,
@@ -105,7 +94,7 @@ impl Scattered {
         }
     }
 
-    /// The samples as they stand in the file.
+    /// The samples, in the order of the tree.
     ///
     /// Where they are dense each stands for a smaller part of ∫∫ dωi dωo: that of its box in
     /// (√θh, θd, φd) over the samples in it.
@@ -232,7 +221,9 @@ impl Columns {
             let w = w.map(DVec3::as_vec3).filter(|w| above_horizon(w.as_dvec3()));
             w.ok_or(RowProblem::Direction(name))
         };
-        Ok(Row { wi: above(wi, "wi")?, wo: above(wo, "wo")?, f: DVec3::from(rgb).as_vec3() })
+        let (wi, wo) = (above(wi, "wi")?, above(wo, "wo")?);
+        let place = place(HalfDifference::of(wi.as_dvec3(), wo.as_dvec3()));
+        Ok(Row { place, wi, wo, f: DVec3::from(rgb).as_vec3() })
     }
 }
 
