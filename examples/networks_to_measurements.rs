@@ -4,7 +4,8 @@
 //! cargo run --release --example networks_to_measurements -- FOLDER [NAME…]
 //! ```
 //!
-//! Writes NAME.binary (MERL) of each network, or of those named: gold-paint, cc_iris_purple_gem, …
+//! Writes NAME.binary (MERL) of each network, or of those named: gold-paint, cc_iris_purple_gem, …;
+//! and NAME.bsdf (RGL) of those that stand in for measurements in that form.
 //! Needs the folder `measured` of `$SGDBAKE_SHARED`, or of ../shared.
 
 // An example shows what it found.
@@ -17,7 +18,7 @@ mod network;
 use std::fs::{self, File};
 use std::path::PathBuf;
 
-use sgdbake::measurement::Merl;
+use sgdbake::measurement::{Merl, Rgl};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -33,6 +34,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let file = folder.join(format!("{name}.binary"));
         Merl::tabulate(network, &|| {}).write_to(&mut File::create(&file)?)?;
         println!("{}", file.display());
+        if path.starts_with("rgl/") {
+            let file = folder.join(format!("{name}.bsdf"));
+            Rgl::tabulate(network, name.into(), &|| {}).write_to(&mut File::create(&file)?)?;
+            println!("{}", file.display());
+        }
     }
     Ok(())
 }

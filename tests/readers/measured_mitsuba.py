@@ -66,7 +66,7 @@ def values_agree(material, bsdf, folder):
     errors = np.sort(np.abs(found - exact).sum(1) / exact.sum(1))
     median, most, largest = errors[len(errors) // 2], errors[int(0.95 * len(errors))], errors[-1]
     print(f"{material}: relative error of f at 3000 pairs: median {median:.3%}, 95 % below {most:.2%}, largest {largest:.1%}")
-    assert np.isfinite(found).all() and (found >= -1e-6 * exact.max()).all()
+    assert np.isfinite(found).all() and (found >= 0).all()
     assert median < 0.003 and most < 0.03, "the file does not say what the library says"
 
 
@@ -106,24 +106,19 @@ def picture_agrees(material, path, folder, size=48):
     image = np.array(mi.render(scene, seed=1))
     row, column = np.mgrid[0:size, 0:size]
     y, x = 1 - (row + 0.5) * 2 / size, (column + 0.5) * 2 / size - 1
-    # The sensor looks along -z with x to the left of the picture.
-    candidates = []
-    for sign in (1, -1):
-        n = np.stack([sign * x, y, np.sqrt(np.clip(1 - x * x - y * y, 0, 1))], -1)
-        inside = (x * x + y * y < 0.9) & (n @ light > 0.15)
-        n, seen = n[inside], image[inside]
-        t = np.cross(n, [0.3, 0.9, 0.1])
-        t /= np.linalg.norm(t, axis=1)[:, None]
-        b = np.cross(n, t)
-        local = lambda w: np.stack([t @ w, b @ w, n @ w], 1)
-        wi, wo = local(light), local(np.array([0, 0, 1.0]))
-        exact = np.maximum(reference(material, wi, wo, folder), 0) * wi[:, 2:]
-        print(sign)
-        candidates.append(np.abs(seen - exact).mean() / exact.mean())
-    print(candidates)
-    error = min(candidates)
+    normal = np.stack([x, y, np.sqrt(np.clip(1 - x * x - y * y, 0, 1))], -1)
+    # Away from the silhouette and the terminator, where a pixel is not like its centre.
+    inside = (x * x + y * y < 0.9) & (normal @ light > 0.15)
+    n, seen = normal[inside], image[inside]
+    t = np.cross(n, [0.3, 0.9, 0.1])
+    t /= np.linalg.norm(t, axis=1)[:, None]
+    b = np.cross(n, t)
+    local = lambda w: np.stack([t @ w, b @ w, n @ w], 1)
+    wi, wo = local(light), local(np.array([0, 0, 1.0]))
+    exact = np.maximum(reference(material, wi, wo, folder), 0) * wi[:, 2:]
+    error = np.abs(seen - exact).mean() / exact.mean()
     print(f"{material}: a ball of {size} pixels, mean difference {error:.2%} of the mean radiance")
-    assert error < 0.02 and image.max() > 0
+    assert error < 0.02 and image.min() >= 0
     return image
 
 
