@@ -451,6 +451,39 @@ fn a_network_tabulated_is_the_network() {
     assert!(error.median < 0.005 && error.percentile_95 < 0.05, "{error:?}");
 }
 
+/// Reflects as another, 5 % of each pair's value off it at random.
+struct Noisy(SgdBrdf);
+
+impl Reflectance for Noisy {
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        // Decimals of a fast oscillation: even in [0, 1), and unlike for any two pairs.
+        let random = ((wi.x * 12.9898 + wi.y * 78.233 + wo.x * 37.719 + wo.y * 4.581).sin()
+            * 43_758.545)
+            .fract();
+        self.0.eval(wi, wo).map(|f| f * (1.0 + 0.05 * 3.0_f64.sqrt() * random))
+    }
+}
+
+#[test]
+fn the_noise_of_a_measurement_is_found_and_averaged() {
+    let exact = sgd("pink-fabric");
+    let merl = read(&merl_bytes(&Noisy(exact.clone()))).unwrap();
+    let (mut spreads, mut raw, mut averaged) = (Vec::new(), 0.0, 0.0);
+    for sample in merl.samples().step_by(401) {
+        let spread = Spread::of(&merl, sample.wi, sample.wo);
+        let f = exact.eval(sample.wi, sample.wo)[1];
+        spreads.extend(spread.relative);
+        raw += (sample.f[1] / f - 1.0).powi(2);
+        averaged += (merl.averaged().eval(sample.wi, sample.wo)[1] / f - 1.0).powi(2);
+    }
+    let count = spreads.len() as f64;
+    let rms = (spreads.iter().map(|spread| spread * spread).sum::<f64>() / count).sqrt();
+    assert!((rms - 0.05).abs() < 0.005, "{rms}");
+    // φd and φd + π are one cell: two independent values are averaged.
+    let gain = (averaged / raw).sqrt();
+    assert!((gain - 0.5_f64.sqrt()).abs() < 0.05, "{gain}");
+}
+
 fn sgdbake(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_sgdbake")).args(arguments).output().expect("the binary runs")
 }

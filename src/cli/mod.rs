@@ -78,7 +78,7 @@ enum Command {
     Preview(preview::Arguments),
     /// The material sheet of the paper's supplement, as HTML
     Sheet(sheet::Arguments),
-    /// A material or a measurement as MERL .binary or RGL .bsdf, for renderers that read those
+    /// A material or a measurement as a file of measured reflectance: MERL or RGL
     Tabulate(tabulate::Arguments),
     /// Speed against error of every way to evaluate a material
     SpeedError(speed_error::Arguments),

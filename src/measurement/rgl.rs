@@ -86,7 +86,6 @@ impl Rgl {
         let series = [azimuths, theta_i.len() as u64];
         let ndf = grid(&mut file, field::NDF, [])?;
         let sigma = grid(&mut file, field::SIGMA, [])?;
-        positive(field::NDF, &ndf)?;
         positive(field::SIGMA, &sigma)?;
         let vndf = Warp::new(grid(&mut file, field::VNDF, series)?).ok_or_else(|| {
             let needed = "a positive number in each table";
@@ -285,11 +284,11 @@ fn rgb<R: Read + Seek>(
     Ok(Grid { size: luminance.size, values })
 }
 
-/// Refuses a factor of f that is 0.
+/// Refuses a divisor of f that is 0.
 fn positive(name: &'static str, grid: &Grid) -> Result<(), TensorProblem> {
-    let zero = |value: &f32| *value <= 0.0 && name == field::SIGMA;
-    grid.values.iter().position(zero).map_or(Ok(()), |index| {
-        let needed = "a positive number";
-        Err(TensorProblem::Value { name, found: grid.values[index].to_string(), index, needed })
+    let zero = grid.values.iter().position(|value| *value <= 0.0);
+    zero.map_or(Ok(()), |index| {
+        let (found, needed) = (grid.values[index].to_string(), "a positive number");
+        Err(TensorProblem::Value { name, found, index, needed })
     })
 }
