@@ -5,3 +5,4 @@
 pub mod chi2;
 pub mod double_exponential;
 pub mod materials;
+pub mod network;
