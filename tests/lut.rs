@@ -244,10 +244,10 @@ fn absurd_sizes_and_tolerances_are_told_what_is_accepted() {
             assert!(message.contains(said), "{option} {value}: {message}");
         };
         for tolerance in ["0", "-1", "NaN", "inf", "1e-9", "1e9"] {
-            refused("--tolerance", tolerance, "accepted are 0.000001 to 0.5");
+            refused("--tolerance", tolerance, "must be between 0.000001 and 0.5");
         }
         for size in ["0", "1", "1000000000"] {
-            refused("--size", size, "accepted are 2 to 16384");
+            refused("--size", size, "a texture has 2 to 16384");
         }
         for size in ["-4", "1e3", "99999999999999999999999"] {
             refused("--size", size, size);
@@ -259,7 +259,7 @@ fn absurd_sizes_and_tolerances_are_told_what_is_accepted() {
         .assert()
         .code(2);
     let message = String::from_utf8_lossy(&sizes.get_output().stderr).into_owned();
-    assert!(message.contains("accepted are 2 to 512"), "{message}");
+    assert!(message.contains("a 3D texture has 2 to 512"), "{message}");
 }
 
 #[test]
