@@ -4,3 +4,4 @@
 
 pub mod chi2;
 pub mod double_exponential;
+pub mod network;
