@@ -2,12 +2,19 @@
 //! Beckmann lobes, a glTF material; each with its residual.
 
 pub mod block;
+pub mod colour;
+pub mod energy;
 pub mod gltf;
 pub mod lobes;
+pub mod measured_target;
 pub mod metric;
 pub mod one_lobe;
 pub mod picture;
 pub mod reason;
+pub mod sgd;
+pub mod sgd_model;
+pub mod shape;
+pub mod start;
 pub mod target;
 pub mod valleys;
 

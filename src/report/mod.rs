@@ -6,6 +6,7 @@ pub mod audit_page;
 pub mod axis;
 pub mod chart;
 pub mod deviation;
+pub mod distance;
 pub mod front;
 pub mod heat;
 pub mod machine;
