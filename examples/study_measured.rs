@@ -45,7 +45,7 @@ fn main() {
         .filter(|(key, _)| names.is_empty() || names.iter().any(|n| key.ends_with(&format!("/{n}")) || **key == *n))
         .collect();
     let trial = trial();
-    let models = ["published", "one", "two", "auto", "two free", "per ch."];
+    let models = ["published", "one", "two", "one free", "two free", "per ch."];
     println!("{:26} | trial: pub one two | {}", "material", models.join(" | "));
     let rows: Vec<_> = chosen
         .par_iter()
@@ -55,12 +55,12 @@ fn main() {
             let start = Instant::now();
             let target = MeasuredTarget::of(*network).unwrap();
             let run = |lobes, energy| fit(&target, Options { lobes, energy });
-            let auto = run(Lobes::Auto, Energy::Conserve);
+            let _auto = run(Lobes::Auto, Energy::Conserve);
             let seconds = start.elapsed().as_secs_f64();
             let fits = [
                 run(Lobes::One, Energy::Conserve),
                 run(Lobes::Two, Energy::Conserve),
-                auto,
+                run(Lobes::One, Energy::Free),
                 run(Lobes::Two, Energy::Free),
                 run(Lobes::PerChannel, Energy::Conserve),
             ];
@@ -76,7 +76,7 @@ fn main() {
             let mut line = format!("{name:26} | {:5.2} {:5.2} {:5.2} |", of("sgd_published"), of("sgd_one_shape"), of("sgd_two_lobes"));
             for d in &distances {
                 match d {
-                    Some(d) => line += &format!(" {:5.2} {:5.2} {:.4} {:.3}|", d.suns, d.highlights, d.absolute, d.lightness),
+                    Some(d) => line += &format!(" {:5.2} {:5.2} {:.4}|", d.suns, d.highlights, d.absolute),
                     None => line += "    –     –      –     –|",
                 }
             }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::DVector;
 
 use crate::brdf::albedo::FresnelMoments;
-use crate::fit::sgd::{COEFFICIENTS, Layout, add_residual};
+use crate::fit::sgd::{COEFFICIENTS, Energy, Layout, add_residual, with_curves};
 use crate::fit::shape::LogShape;
 use crate::math::box_least_squares::NormalEquations;
 use crate::math::direction::cos_sin_degrees;
@@ -36,7 +36,7 @@ fn albedo_of_coefficients(shape: LogShape, theta: f64) -> [f64; COEFFICIENTS] {
 
 fn moments_at(shape: LogShape, masking: &Masking, theta: f64) -> [f64; COEFFICIENTS] {
     let m = FresnelMoments::new(&shape.ndf(), masking, cos_sin_degrees(theta).0);
-    [m.one, m.schlick, m.one - m.cosine, m.schlick + m.cosine].map(|moment| 4.0 / PI * moment)
+    with_curves(Energy::Conserve, [m.one, m.schlick, m.cosine]).map(|moment| 4.0 / PI * moment)
 }
 
 /// Per lobe and angle, the albedo of each coefficient.

@@ -71,7 +71,7 @@ const RIM: f64 = 0.94;
 const LIT: f64 = 0.05;
 
 /// The share of the pairs about the mirror direction.
-const HIGHLIGHT_SHARE: f64 = 0.15;
+const HIGHLIGHT_SHARE: f64 = 0.03;
 /// tan²θh that their nodes start from, (0.2°)², and reach to, 40°.
 const FINEST: f64 = 1.2e-5;
 const WIDEST: f64 = 0.7;
@@ -113,21 +113,26 @@ impl MeasuredTarget {
     }
 
     /// What least squares needs of a model of `unknowns` unknowns. `at` gives f at the pair of an
-    /// index, and its derivative by each unknown.
+    /// index, and its derivative by each unknown, where that is not 0.
     pub fn equations(
         &self,
         unknowns: usize,
         mut at: impl FnMut(usize, &mut [[f64; 3]]) -> [f64; 3],
     ) -> NormalEquations {
         let mut rows = vec![[0.0; 3]; unknowns];
+        // The derivatives of each of the three errors.
+        let mut errors = [(); 3].map(|()| vec![0.0; unknowns]);
         let mut sums = Sums::none(unknowns);
         for (i, pair) in self.pairs.iter().enumerate() {
+            rows.fill([0.0; 3]);
             let f = at(i, &mut rows);
             let (error, slope) = pair.error(f);
-            for row in &mut rows {
-                *row = times(&slope, *row);
+            for (e, slope) in errors.iter_mut().zip(slope) {
+                for (e, row) in e.iter_mut().zip(&rows) {
+                    *e = slope[0] * row[0] + slope[1] * row[1] + slope[2] * row[2];
+                }
             }
-            sums.add(pair.weight, error, &rows);
+            sums.add(pair.weight, error, &errors);
         }
         sums.finish()
     }
@@ -198,16 +203,19 @@ impl Sums {
         Self { squares: 0.0, gradient: vec![0.0; unknowns], hessian: vec![0.0; triangle] }
     }
 
-    fn add(&mut self, weight: f64, e: [f64; 3], rows: &[[f64; 3]]) {
+    fn add(&mut self, weight: f64, e: [f64; 3], slopes: &[Vec<f64>; 3]) {
         let root = (1.0 + (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) / (SOFT * SOFT)).sqrt();
         self.squares += weight * 2.0 * SOFT * SOFT * (root - 1.0);
         let pull = weight / root;
-        let mut triangle = self.hessian.iter_mut();
-        for (i, row) in rows.iter().enumerate() {
-            let row = row.map(|slope| pull * slope);
-            self.gradient[i] += row[0] * e[0] + row[1] * e[1] + row[2] * e[2];
-            for (other, sum) in rows[..=i].iter().zip(triangle.by_ref()) {
-                *sum += row[0] * other[0] + row[1] * other[1] + row[2] * other[2];
+        let [a, b, c] = slopes.each_ref().map(Vec::as_slice);
+        let mut triangle = self.hessian.as_mut_slice();
+        for i in 0..a.len() {
+            let by = [a[i], b[i], c[i]].map(|slope| pull * slope);
+            self.gradient[i] += by[0] * e[0] + by[1] * e[1] + by[2] * e[2];
+            let (row, rest) = triangle.split_at_mut(i + 1);
+            triangle = rest;
+            for (((sum, a), b), c) in row.iter_mut().zip(a).zip(b).zip(c) {
+                *sum += by[0] * a + by[1] * b + by[2] * c;
             }
         }
     }

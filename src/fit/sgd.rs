@@ -61,7 +61,7 @@ const WORTHWHILE: f64 = 0.9;
 const STARTS: usize = 5;
 /// Relative decrease at which a descent ends: to compare minima, and of the best.
 const ROUGH: f64 = 1e-3;
-const FINE: f64 = 1e-6;
+const FINE: f64 = 1e-4;
 
 /// The best fit to a target.
 #[must_use]
@@ -80,42 +80,63 @@ pub fn fit(target: &MeasuredTarget, options: Options) -> SgdFit {
     }
 }
 
-/// The functions of cosθd that a Fresnel curve is a sum of.
-///
-/// [`Energy::Conserve`]: 1, u, 1 − cosθd and u + cosθd with u = (1 − cosθd)⁵, all coefficients ≥ 0:
-/// exactly the curves with 0 ≤ F ≤ F(90°) at both ends and in the parameter F0.
-/// [`Energy::Free`]: 1 − u − cosθd, u and cosθd, any coefficients but F(90°) ≥ 0.
-pub fn fresnel_basis(energy: Energy, cos_theta_d: f64) -> [f64; 4] {
-    let u = (1.0 - cos_theta_d).powi(5);
+/// Coefficients of a lobe's colour.
+pub const COEFFICIENTS: usize = 5;
+
+/// A function of cosθd by its coefficients of 1 − u − cosθd, u and cosθd with u = (1 − cosθd)⁵:
+/// ρs F0, ρs F(90°) = ρs and ρs F(0°) of a Fresnel curve.
+type Curve = [f64; 3];
+
+/// The rays of the cone of all curves with 0 ≤ F ≤ F(90°): constant; Schlick's; flat at 90°, 0 at
+/// 0°; and two that touch 0 between, at cosθd = 1 − 5^(−¼) and at 0.45.
+const PHYSICAL: [Curve; COEFFICIENTS] = [
+    [1.0, 1.0, 1.0],
+    [0.0, 1.0, 0.0],
+    [1.25, 1.0, 0.0],
+    [-0.869_19, 1.0, 1.0],
+    [-0.344_46, 1.0, 0.270_64],
+];
+/// Any curve.
+const ANY: [Curve; COEFFICIENTS] =
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3], [0.0; 3]];
+
+fn curves(energy: Energy) -> &'static [Curve; COEFFICIENTS] {
     match energy {
-        Energy::Conserve => [1.0, u, 1.0 - cos_theta_d, u + cos_theta_d],
-        Energy::Free => [1.0 - u - cos_theta_d, u, cos_theta_d, 0.0],
+        Energy::Conserve => &PHYSICAL,
+        Energy::Free => &ANY,
     }
 }
 
-/// Coefficients of a lobe's colour.
-pub const COEFFICIENTS: usize = 4;
+/// Σ of the curve's coefficients times functions of cosθd, for each coefficient of a colour.
+pub fn with_curves(energy: Energy, [one, u, cosine]: [f64; 3]) -> [f64; COEFFICIENTS] {
+    curves(energy).map(|[middle, grazing, facing]| {
+        middle * (one - u - cosine) + grazing * u + facing * cosine
+    })
+}
 
-/// Lower bounds of the coefficients.
+/// The functions of cosθd that a Fresnel curve is a sum of.
+pub fn fresnel_basis(energy: Energy, cos_theta_d: f64) -> [f64; COEFFICIENTS] {
+    with_curves(energy, [1.0, (1.0 - cos_theta_d).powi(5), cos_theta_d])
+}
+
+/// Bounds of the coefficients.
 pub fn coefficient_bounds(energy: Energy) -> [[f64; 2]; COEFFICIENTS] {
-    const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
-    const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
+    const UP: f64 = f64::INFINITY;
     match energy {
-        Energy::Conserve => [POSITIVE; COEFFICIENTS],
-        Energy::Free => [ANY, POSITIVE, ANY, [0.0; 2]],
+        Energy::Conserve => [[0.0, UP]; COEFFICIENTS],
+        Energy::Free => [[-UP, UP], [0.0, UP], [-UP, UP], [0.0; 2], [0.0; 2]],
     }
 }
 
 /// ρs F0, ρs and ρs (F0 − F1) of a colour's coefficients.
-pub fn products(energy: Energy, x: [f64; COEFFICIENTS]) -> [f64; 3] {
-    match energy {
-        Energy::Conserve => [x[0] + x[2], x.iter().sum(), x[0] + x[3]],
-        Energy::Free => [x[0], x[1], x[2]],
-    }
+pub fn products(energy: Energy, x: [f64; COEFFICIENTS]) -> Curve {
+    let sum = |i: usize| x.iter().zip(curves(energy)).map(|(x, curve)| x * curve[i]).sum();
+    std::array::from_fn(sum)
 }
 
-/// ln α and ln p that are searched.
-pub const LOG_ALPHA: [f64; 2] = [-11.5, 0.0];
+/// ln α that is searched.
+pub const LOG_ALPHA: [f64; 2] = [-11.5, 0.7];
+/// ln p that is searched.
 pub const LOG_P: [f64; 2] = [-4.0, 0.9];
 
 /// Which channels a lobe colours.
@@ -268,7 +289,7 @@ impl Search<'_> {
             rough.map(|start| minimise(equations, &start, &bounds, ROUGH)).collect();
         let best = rough.into_iter().min_by(|a, b| a.squares.total_cmp(&b.squares));
         let best = best.expect("a library has a start for every layout");
-        let best = minimise(equations, &best.x, &bounds, FINE);
+        let best = descend(equations, &best.x, &bounds, FINE);
         let x = match self.energy {
             Energy::Free => best.x,
             Energy::Conserve => self.conserving(&layout, best.x, &bounds),
@@ -288,7 +309,7 @@ impl Search<'_> {
             limit.add(x, &mut equations);
             equations
         };
-        let found = minimise(equations, &x, bounds, FINE);
+        let found = descend(equations, &x, bounds, FINE);
         energy::dimmed(layout, found.x)
     }
 
@@ -339,7 +360,6 @@ impl Search<'_> {
                 let colour = layout.colour(lobe, c);
                 for k in 0..COEFFICIENTS {
                     fresnel += x[colour + k] * basis[k];
-                    rows[colour + k] = [0.0; 3];
                     rows[colour + k][c] = shape * basis[k];
                 }
                 f[c] += fresnel * shape;
@@ -372,6 +392,27 @@ impl Search<'_> {
             limit_peak(layout, x, lobe, equations);
         }
     }
+}
+
+/// Descends again and again from where a descent ends, until that lowers Σ r² by less than
+/// `tolerance` of it: steps damped by a narrow valley end a descent early.
+fn descend(
+    equations: impl Fn(&DVector<f64>) -> NormalEquations,
+    start: &DVector<f64>,
+    bounds: &Bounds,
+    tolerance: f64,
+) -> Minimum {
+    const MOST: usize = 8;
+    let mut best = minimise(&equations, start, bounds, 0.1 * tolerance);
+    for _ in 0..MOST {
+        let next = minimise(&equations, &best.x, bounds, 0.1 * tolerance);
+        let gain = best.squares - next.squares;
+        best = next;
+        if gain <= tolerance * best.squares {
+            break;
+        }
+    }
+    best
 }
 
 /// D(0) of the sharpest lobe: what a half float holds, a core of 0.13°.
