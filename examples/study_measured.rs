@@ -10,10 +10,12 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use sgdbake::brdf::SgdBrdf;
+use sgdbake::brdf::engine::{Engine, EngineBrdf};
+use sgdbake::brdf::{Distribution, SgdBrdf};
 use sgdbake::fit::measured_target::MeasuredTarget;
 use sgdbake::fit::sgd::{Energy, Lobes, Options, fit};
 use sgdbake::fit::sgd_model::SgdModelBrdf;
+use sgdbake::fit::{gltf_measured, one_lobe_measured};
 use sgdbake::material::find;
 use sgdbake::microfacet::masking::MaskingKind;
 use sgdbake::report::distance::{Distance, Reference};
@@ -42,46 +44,80 @@ fn main() {
     let names: Vec<String> = std::env::args().skip(1).collect();
     let chosen: Vec<_> = networks
         .iter()
-        .filter(|(key, _)| names.is_empty() || names.iter().any(|n| key.ends_with(&format!("/{n}")) || **key == *n))
+        .filter(|(key, _)| {
+            names.is_empty() || names.iter().any(|n| key.ends_with(&format!("/{n}")) || **key == *n)
+        })
         .collect();
     let trial = trial();
-    let models = ["published", "one", "two", "one free", "two free", "per ch."];
-    println!("{:26} | trial: pub one two | {}", "material", models.join(" | "));
+    let quick = std::env::var_os("QUICK").is_some();
+    let models: Vec<String> =
+        ["published", "one", "two", "two free", "per ch.", "glTF", "GGX", "Beckmann"]
+            .map(str::to_owned)
+            .into_iter()
+            .chain(Engine::ALL.map(|engine| format!("{engine:?}")))
+            .collect();
+    println!("{:26} | trial: pub one two glTF| {}", "material", models.join(" | "));
     let rows: Vec<_> = chosen
         .par_iter()
         .map(|(key, network)| {
             let name = key.split('/').nth(1).unwrap();
             let reference = Reference::new(*network);
-            let start = Instant::now();
             let target = MeasuredTarget::of(*network).unwrap();
             let run = |lobes, energy| fit(&target, Options { lobes, energy });
-            let _auto = run(Lobes::Auto, Energy::Conserve);
+            let start = Instant::now();
+            let fits = [run(Lobes::One, Energy::Conserve), run(Lobes::Two, Energy::Conserve)];
             let seconds = start.elapsed().as_secs_f64();
-            let fits = [
-                run(Lobes::One, Energy::Conserve),
-                run(Lobes::Two, Energy::Conserve),
-                run(Lobes::One, Energy::Free),
-                run(Lobes::Two, Energy::Free),
-                run(Lobes::PerChannel, Energy::Conserve),
-            ];
+            let free = (!quick)
+                .then(|| [run(Lobes::Two, Energy::Free), run(Lobes::PerChannel, Energy::Conserve)]);
+            let fits: Vec<_> = fits
+                .into_iter()
+                .map(Some)
+                .chain(free.map_or(vec![None, None], |f| f.map(Some).to_vec()))
+                .collect();
             let published = find(name).ok().map(|entry| {
                 reference.distance(&SgdBrdf::new(&entry.material, MaskingKind::Exact))
             });
-            let distances: Vec<Option<Distance>> = std::iter::once(published)
-                .chain(fits.iter().map(|fit| {
-                    Some(reference.distance(&SgdModelBrdf::new(&fit.model)))
-                }))
-                .collect();
-            let of = |k: &str| trial.get(name).and_then(|row| row.get(k)).copied().unwrap_or(f64::NAN);
-            let mut line = format!("{name:26} | {:5.2} {:5.2} {:5.2} |", of("sgd_published"), of("sgd_one_shape"), of("sgd_two_lobes"));
-            for d in &distances {
+            let start = Instant::now();
+            let gltf = gltf_measured::fit(&target);
+            let gltf_seconds = start.elapsed().as_secs_f64();
+            let one = [Distribution::Ggx, Distribution::Beckmann]
+                .map(|d| (!quick).then(|| reference.distance(&one_lobe_measured::fit(&target, d))));
+            let forms = Engine::ALL.map(|engine| {
+                Some(reference.distance(&EngineBrdf { engine, material: gltf.material }))
+            });
+            let distances: Vec<Option<Distance>> =
+                std::iter::once(published)
+                    .chain(fits.iter().map(|fit| {
+                        Some(reference.distance(&SgdModelBrdf::new(&fit.as_ref()?.model)))
+                    }))
+                    .chain([Some(reference.distance(&gltf.material))])
+                    .chain(one)
+                    .chain(forms)
+                    .collect();
+            let of =
+                |k: &str| trial.get(name).and_then(|row| row.get(k)).copied().unwrap_or(f64::NAN);
+            let mut line = format!(
+                "{name:24}|{:5.2} {:4.2} {:4.2} {:4.2}|",
+                of("sgd_published"),
+                of("sgd_one_shape"),
+                of("sgd_two_lobes"),
+                of("gltf_direct")
+            );
+            for (k, d) in distances.iter().enumerate() {
                 match d {
-                    Some(d) => line += &format!(" {:5.2} {:5.2} {:.4}|", d.suns, d.highlights, d.absolute),
-                    None => line += "    –     –      –     –|",
+                    Some(d) if k < 8 => {
+                        line += &format!(" {:5.2} {:5.2} {:.4}|", d.suns, d.highlights, d.absolute)
+                    }
+                    Some(d) => line += &format!(" {:5.2}", d.suns),
+                    None => line += "    –     –      –|",
                 }
             }
-            line += &format!(" {seconds:.2} s  (train {:.2} {:.2})", fits[0].difference, fits[1].difference);
+            line += &format!(" {seconds:.1} {gltf_seconds:.1} s");
             println!("{line}");
+            if names.len() == 1 {
+                println!("{:#?}", gltf.material);
+            }
+            let fits: Vec<_> = fits.into_iter().flatten().collect();
             if names.len() == 1 {
                 for fit in &fits {
                     println!("{:#?}", fit.model);
@@ -99,6 +135,13 @@ fn main() {
             continue;
         }
         let at = |v: &[f64], q: f64| v[((v.len() - 1) as f64 * q).round() as usize];
-        println!("{model:10} suns median {:.3} p90 {:.3} max {:.3}; highlights median {:.3} p90 {:.3}", at(&suns, 0.5), at(&suns, 0.9), at(&suns, 1.0), at(&high, 0.5), at(&high, 0.9));
+        println!(
+            "{model:10} suns median {:.3} p90 {:.3} max {:.3}; highlights median {:.3} p90 {:.3}",
+            at(&suns, 0.5),
+            at(&suns, 0.9),
+            at(&suns, 1.0),
+            at(&high, 0.5),
+            at(&high, 0.9)
+        );
     }
 }

@@ -3,6 +3,7 @@
 
 pub mod albedo;
 pub mod batch;
+pub mod engine;
 pub mod eval;
 pub mod gltf;
 pub mod lobes;

@@ -106,16 +106,24 @@ mod tests {
 
     #[test]
     fn the_ellipsoid_is_the_difference_of_close_colours() {
-        for colour in [[60.0, 20.0, -30.0], [30.0, -5.0, 2.0], [80.0, 60.0, 70.0], [5.0, 1.0, 0.0],
-            [50.0, 10.0, -60.0]]
-        {
-            for step in [[0.02, 0.0, 0.0], [0.0, 0.02, 0.01], [0.01, -0.02, 0.02], [0.0, 0.0, 0.02]] {
+        for colour in [
+            [60.0, 20.0, -30.0],
+            [30.0, -5.0, 2.0],
+            [80.0, 60.0, 70.0],
+            [5.0, 1.0, 0.0],
+            [50.0, 10.0, -60.0],
+        ] {
+            for step in [[0.02, 0.0, 0.0], [0.0, 0.02, 0.01], [0.01, -0.02, 0.02], [0.0, 0.0, 0.02]]
+            {
                 let other: [f64; 3] = std::array::from_fn(|i| colour[i] + step[i]);
                 let lab = |[l, a, b]: [f64; 3]| palette::Lab::<D65, f64>::new(l, a, b);
                 let exact = lab(colour).difference(lab(other));
                 let e = ellipsoid(colour).map(|row| (0..3).map(|i| row[i] * step[i]).sum::<f64>());
                 let length = e.iter().map(|e| e * e).sum::<f64>().sqrt();
-                assert!((length / exact - 1.0).abs() < 2e-3, "{colour:?} {step:?}: {length} {exact}");
+                assert!(
+                    (length / exact - 1.0).abs() < 2e-3,
+                    "{colour:?} {step:?}: {length} {exact}"
+                );
             }
         }
     }

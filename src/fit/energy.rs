@@ -127,9 +127,9 @@ impl EnergyLimit<'_> {
                 albedo.iter().zip(of).map(|(albedo, of)| albedo * of).sum()
             };
             let at = layout.shape(lobe);
-            let by_shape = layout.log_shape(x, lobe).slopes(sum(albedos[angle]), |shape| {
-                sum(albedo_of_coefficients(shape, theta))
-            });
+            let by_shape = layout
+                .log_shape(x, lobe)
+                .slopes(sum(albedos[angle]), |shape| sum(albedo_of_coefficients(shape, theta)));
             let colour = layout.colour(lobe, channel);
             places.extend([at, at + 1].into_iter().chain(colour..colour + COEFFICIENTS));
             slopes.extend(by_shape.into_iter().chain(albedos[angle]));

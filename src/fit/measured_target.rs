@@ -102,13 +102,32 @@ impl MeasuredTarget {
         if pairs.is_empty() { Err(NothingMeasured) } else { Ok(Self { pairs }) }
     }
 
+    /// One of every `step` pairs, to compare starts on.
+    #[must_use]
+    pub fn thinned(&self, step: usize) -> Self {
+        let mut pairs: Vec<MeasuredPair> =
+            self.pairs.iter().step_by(step.max(1)).copied().collect();
+        share_out(&mut pairs);
+        Self { pairs }
+    }
+
+    /// A value of f, channel by channel, that three in ten of the pairs stay below: where the
+    /// highlight is not.
+    #[must_use]
+    pub fn typical(&self) -> [f64; 3] {
+        std::array::from_fn(|c| {
+            let mut values: Vec<f64> = self.pairs.iter().map(|pair| pair.f[c]).collect();
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() * 3 / 10).copied().unwrap_or(0.0)
+        })
+    }
+
     /// The mean ΔE of a model over the pixels of the ball.
     #[must_use]
     pub fn picture_difference(&self, f: impl Fn(usize) -> [f64; 3]) -> f64 {
         let seen = self.pairs.iter().enumerate().filter(|(_, pair)| pair.in_picture);
-        let [sum, count] = seen.fold([0.0, 0.0], |[sum, count], (i, pair)| {
-            [sum + pair.difference(f(i)), count + 1.0]
-        });
+        let [sum, count] = seen
+            .fold([0.0, 0.0], |[sum, count], (i, pair)| [sum + pair.difference(f(i)), count + 1.0]);
         if count > 0.0 { sum / count } else { 0.0 }
     }
 
@@ -285,7 +304,11 @@ fn share_out(pairs: &mut [MeasuredPair]) {
         pairs.iter().filter(|pair| pair.in_picture == in_picture).map(|pair| pair.weight).sum()
     };
     let (picture, highlight) = (sum(pairs, true), sum(pairs, false));
-    let share = if highlight > 0.0 && picture > 0.0 { HIGHLIGHT_SHARE } else { 0.5 };
+    let share = match (picture > 0.0, highlight > 0.0) {
+        (true, true) => HIGHLIGHT_SHARE,
+        (false, _) => 1.0,
+        (true, false) => 0.0,
+    };
     for pair in pairs {
         let scale = if pair.in_picture { (1.0 - share) / picture } else { share / highlight };
         pair.weight *= scale;

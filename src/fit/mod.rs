@@ -3,12 +3,15 @@
 
 pub mod block;
 pub mod colour;
+pub mod descent;
 pub mod energy;
 pub mod gltf;
+pub mod gltf_measured;
 pub mod lobes;
 pub mod measured_target;
 pub mod metric;
 pub mod one_lobe;
+pub mod one_lobe_measured;
 pub mod picture;
 pub mod reason;
 pub mod sgd;

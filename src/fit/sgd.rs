@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_1_PI;
 use nalgebra::DVector;
 use serde::Serialize;
 
+use crate::fit::descent::further;
 use crate::fit::energy::{self, EnergyLimit};
 use crate::fit::measured_target::MeasuredTarget;
 use crate::fit::sgd_model::{SgdLobe, SgdModel};
@@ -61,7 +62,7 @@ const WORTHWHILE: f64 = 0.9;
 const STARTS: usize = 5;
 /// Relative decrease at which a descent ends: to compare minima, and of the best.
 const ROUGH: f64 = 1e-3;
-const FINE: f64 = 1e-4;
+const FINE: f64 = 1e-5;
 
 /// The best fit to a target.
 #[must_use]
@@ -289,7 +290,7 @@ impl Search<'_> {
             rough.map(|start| minimise(equations, &start, &bounds, ROUGH)).collect();
         let best = rough.into_iter().min_by(|a, b| a.squares.total_cmp(&b.squares));
         let best = best.expect("a library has a start for every layout");
-        let best = descend(equations, &best.x, &bounds, FINE);
+        let best = further(equations, &best.x, &bounds, FINE);
         let x = match self.energy {
             Energy::Free => best.x,
             Energy::Conserve => self.conserving(&layout, best.x, &bounds),
@@ -309,7 +310,7 @@ impl Search<'_> {
             limit.add(x, &mut equations);
             equations
         };
-        let found = descend(equations, &x, bounds, FINE);
+        let found = further(equations, &x, bounds, FINE);
         energy::dimmed(layout, found.x)
     }
 
@@ -323,9 +324,7 @@ impl Search<'_> {
     }
 
     fn samples(&self, layout: &Layout, x: &DVector<f64>) -> Vec<ShapeSamples> {
-        (0..layout.lobes().len())
-            .map(|lobe| self.grid.samples(layout.log_shape(x, lobe)))
-            .collect()
+        (0..layout.lobes().len()).map(|lobe| self.grid.samples(layout.log_shape(x, lobe))).collect()
     }
 
     fn equations(&self, layout: &Layout, x: &DVector<f64>) -> NormalEquations {
@@ -392,27 +391,6 @@ impl Search<'_> {
             limit_peak(layout, x, lobe, equations);
         }
     }
-}
-
-/// Descends again and again from where a descent ends, until that lowers Σ r² by less than
-/// `tolerance` of it: steps damped by a narrow valley end a descent early.
-fn descend(
-    equations: impl Fn(&DVector<f64>) -> NormalEquations,
-    start: &DVector<f64>,
-    bounds: &Bounds,
-    tolerance: f64,
-) -> Minimum {
-    const MOST: usize = 8;
-    let mut best = minimise(&equations, start, bounds, 0.1 * tolerance);
-    for _ in 0..MOST {
-        let next = minimise(&equations, &best.x, bounds, 0.1 * tolerance);
-        let gain = best.squares - next.squares;
-        best = next;
-        if gain <= tolerance * best.squares {
-            break;
-        }
-    }
-    best
 }
 
 /// D(0) of the sharpest lobe: what a half float holds, a core of 0.13°.

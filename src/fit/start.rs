@@ -59,11 +59,7 @@ impl Library {
     }
 
     /// The best choices, no two of them alike in every shape.
-    fn distinct(
-        &self,
-        choices: impl Iterator<Item = Vec<usize>>,
-        most: usize,
-    ) -> Vec<Vec<usize>> {
+    fn distinct(&self, choices: impl Iterator<Item = Vec<usize>>, most: usize) -> Vec<Vec<usize>> {
         let error = |choice: &[usize]| -> f64 {
             self.forms.iter().map(|form| form.best(choice, self.energy).1).sum()
         };
