@@ -136,24 +136,51 @@ impl MeasuredTarget {
     pub fn equations(
         &self,
         unknowns: usize,
-        mut at: impl FnMut(usize, &mut [[f64; 3]]) -> [f64; 3],
+        at: impl FnMut(usize, &mut [[f64; 3]]) -> [f64; 3],
     ) -> NormalEquations {
-        let mut rows = vec![[0.0; 3]; unknowns];
-        // The derivatives of each of the three errors.
-        let mut errors = [(); 3].map(|()| vec![0.0; unknowns]);
         let mut sums = Sums::none(unknowns);
+        self.visit(unknowns, at, |weight, error, slopes| sums.add(weight, error, slopes));
+        sums.finish()
+    }
+
+    /// Σ ψψᵀ over the pairs, ψ the gradient of a pair's share of the objective: what the errors of
+    /// single pairs do to the solution.
+    pub fn scatter(
+        &self,
+        unknowns: usize,
+        at: impl FnMut(usize, &mut [[f64; 3]]) -> [f64; 3],
+    ) -> DMatrix<f64> {
+        let mut scatter = DMatrix::zeros(unknowns, unknowns);
+        self.visit(unknowns, at, |weight, e, slopes| {
+            let pull = weight / softness(e);
+            let of =
+                |i: usize| pull * (slopes[0][i] * e[0] + slopes[1][i] * e[1] + slopes[2][i] * e[2]);
+            let gradient = DVector::from_fn(unknowns, |i, _| of(i));
+            scatter.ger(1.0, &gradient, &gradient, 1.0);
+        });
+        scatter
+    }
+
+    /// Hands each pair's weight, its three errors and their derivatives to `each`.
+    fn visit(
+        &self,
+        unknowns: usize,
+        mut at: impl FnMut(usize, &mut [[f64; 3]]) -> [f64; 3],
+        mut each: impl FnMut(f64, [f64; 3], &[Vec<f64>; 3]),
+    ) {
+        let mut rows = vec![[0.0; 3]; unknowns];
+        let mut slopes = [(); 3].map(|()| vec![0.0; unknowns]);
         for (i, pair) in self.pairs.iter().enumerate() {
             rows.fill([0.0; 3]);
             let f = at(i, &mut rows);
-            let (error, slope) = pair.error(f);
-            for (e, slope) in errors.iter_mut().zip(slope) {
-                for (e, row) in e.iter_mut().zip(&rows) {
-                    *e = slope[0] * row[0] + slope[1] * row[1] + slope[2] * row[2];
+            let (error, by_f) = pair.error(f);
+            for (slopes, by_f) in slopes.iter_mut().zip(by_f) {
+                for (slope, row) in slopes.iter_mut().zip(&rows) {
+                    *slope = by_f[0] * row[0] + by_f[1] * row[1] + by_f[2] * row[2];
                 }
             }
-            sums.add(pair.weight, error, &errors);
+            each(pair.weight, error, &slopes);
         }
-        sums.finish()
     }
 }
 
@@ -207,6 +234,11 @@ fn times(matrix: &Ellipsoid, v: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
+/// √(1 + |e|²/c²), c = [`SOFT`].
+fn softness(e: [f64; 3]) -> f64 {
+    (1.0 + (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) / (SOFT * SOFT)).sqrt()
+}
+
 /// The normal equations of Σ weight · ρ(|e|²), ρ(s) = 2 c² (√(1 + s/c²) − 1) with c = [`SOFT`]: a
 /// square up to c, an absolute value beyond.
 struct Sums {
@@ -223,7 +255,7 @@ impl Sums {
     }
 
     fn add(&mut self, weight: f64, e: [f64; 3], slopes: &[Vec<f64>; 3]) {
-        let root = (1.0 + (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) / (SOFT * SOFT)).sqrt();
+        let root = softness(e);
         self.squares += weight * 2.0 * SOFT * SOFT * (root - 1.0);
         let pull = weight / root;
         let [a, b, c] = slopes.each_ref().map(Vec::as_slice);

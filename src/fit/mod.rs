@@ -19,6 +19,7 @@ pub mod sgd_model;
 pub mod shape;
 pub mod start;
 pub mod target;
+pub mod uncertainty;
 pub mod valleys;
 
 pub use metric::Metric;

@@ -11,6 +11,7 @@ use crate::fit::measured_target::MeasuredTarget;
 use crate::fit::sgd_model::{SgdLobe, SgdModel};
 use crate::fit::shape::{LogShape, ShapeGrid, ShapeSamples};
 use crate::fit::start::Library;
+use crate::fit::uncertainty::{self, Uncertainty};
 use crate::math::box_least_squares::{Bounds, Minimum, NormalEquations, minimise};
 
 /// How many lobes a fit has.
@@ -54,6 +55,8 @@ pub struct SgdFit {
     pub model: SgdModel,
     /// Mean ΔE over the ball that was fitted to.
     pub difference: f64,
+    /// Standard errors of the parameters.
+    pub uncertainty: Uncertainty,
 }
 
 /// What the second lobe must lower the difference to.
@@ -223,6 +226,22 @@ impl Layout {
         std::array::from_fn(|k| x[at + k])
     }
 
+    /// The unknowns of a model's parameters, for [`Energy::Free`].
+    fn unknowns_of(&self, model: &SgdModel) -> DVector<f64> {
+        let mut x = DVector::zeros(self.unknowns());
+        (0..3).for_each(|c| x[c] = model.rho_d[c]);
+        for (j, lobe) in model.lobes.iter().enumerate() {
+            let at = self.shape(j);
+            (x[at], x[at + 1]) = (lobe.alpha.ln(), lobe.p.ln());
+            for c in 0..3 {
+                let colour = self.colour(j, c);
+                let [rho_s, f0, f1] = [lobe.rho_s[c], lobe.f0[c], lobe.f1[c]];
+                (x[colour], x[colour + 1], x[colour + 2]) = (rho_s * f0, rho_s, rho_s * (f0 - f1));
+            }
+        }
+        x
+    }
+
     fn bounds(&self, energy: Energy) -> Bounds {
         let n = self.unknowns();
         let mut bounds = Bounds { lower: DVector::zeros(n), upper: DVector::zeros(n) };
@@ -296,7 +315,11 @@ impl Search<'_> {
             Energy::Conserve => self.conserving(&layout, best.x, &bounds),
         };
         let model = layout.model(&x, self.energy);
-        SgdFit { difference: self.difference(&layout, &x), model }
+        SgdFit {
+            difference: self.difference(&layout, &x),
+            uncertainty: self.uncertainty(&model),
+            model,
+        }
     }
 
     /// The nearest solution whose albedo is at most 1.
@@ -312,6 +335,19 @@ impl Search<'_> {
         };
         let found = further(equations, &x, bounds, FINE);
         energy::dimmed(layout, found.x)
+    }
+
+    /// Standard errors of a model's parameters, as if no bound held them.
+    fn uncertainty(&self, model: &SgdModel) -> Uncertainty {
+        let free = Search { energy: Energy::Free, ..*self };
+        let layout = Layout::shared(model.lobes.len());
+        let x = layout.unknowns_of(model);
+        let samples = free.samples(&layout, &x);
+        let at = |i: usize, rows: &mut [[f64; 3]]| free.value(&layout, &x, &samples, i, rows);
+        let scatter = self.target.scatter(layout.unknowns(), at);
+        let hessian = free.equations(&layout, &x).hessian;
+        let pairs = self.target.pairs.len();
+        uncertainty::of(model, &layout, &uncertainty::covariance(hessian, &scatter, pairs))
     }
 
     fn difference(&self, layout: &Layout, x: &DVector<f64>) -> f64 {
