@@ -3,6 +3,7 @@
 
 pub mod albedo;
 pub mod batch;
+pub mod engine;
 pub mod gltf;
 pub mod model;
 pub mod one_lobe;

@@ -138,7 +138,8 @@ fn lobe_scale(material: &Material) -> f64 {
 /// dωi dωo = 4 cosθd · dωh dωd and cosθo as weight, θd up to where a direction meets the horizon.
 /// φd covers the first quarter turn: the second holds the same pairs with light and view swapped,
 /// and the horizon has a kink between them.
-fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
+#[must_use]
+pub fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
     let theta_d_rule = gauss_legendre(resolution.theta_d);
     let phi_d_rule = gauss_legendre(resolution.phi_d);
     let mut pairs = Vec::with_capacity(resolution.theta_h * theta_d_rule.len() * phi_d_rule.len());
@@ -171,7 +172,7 @@ fn half_angles(scale: f64, nodes: usize) -> Vec<(f64, f64)> {
 const LOWEST: f64 = 1e-3;
 
 /// The pair at θh, at a share `theta_d.x` of the largest θd there, and at φd.
-fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) -> Option<Pair> {
+pub(super) fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) -> Option<Pair> {
     // Both directions are above the horizon as long as tanθd < cotθh/|cosφd|.
     let largest = (tan2_theta_h.sqrt() * phi_d.cos().abs()).recip().atan();
     let (sin_d, cos_d) = (theta_d.x * largest).sin_cos();

@@ -7,6 +7,7 @@ pub mod audit_page;
 pub mod axis;
 pub mod chart;
 pub mod deviation;
+pub mod distance;
 pub mod estimate;
 pub mod front;
 pub mod heat;
