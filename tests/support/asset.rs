@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use sgdbake::asset::{Asset, LobeEntry, MaterialEntry, MixtureEntry, Parameters, Texture};
+use sgdbake::asset::{Asset, MaterialEntry, Parameters, Texture};
 use sgdbake::brdf::GltfBrdf;
 use sgdbake::encode::{Format, Interpolation, Location, TextureEntry};
 use sgdbake::lut::{Axis, Depth, Encoding, ErrorNote, Quantity, Variable, Warp};
-use sgdbake::material::MaskingParams;
+use sgdbake::material::{LobeFields, LobeParams, MaskingParams};
+use sgdbake::microfacet::SharedMixture;
 
 /// An asset with everything in it, its two textures sharing their bytes.
 pub fn asset() -> Asset {
@@ -28,10 +29,10 @@ pub fn asset() -> Asset {
 }
 
 fn material() -> MaterialEntry {
-    let lobe = LobeEntry {
+    let lobe = LobeFields {
         alpha: 0.125,
         p: 0.5,
-        masking: MaskingParams { lambda: 2.5, c: 0.25, k: 24.0 },
+        masking: Some(MaskingParams { lambda: 2.5, c: 0.25, k: 24.0 }),
         rho_s: [0.5, 0.25, 0.125],
         f0: [0.0625; 3],
         f1: [-0.5, 0.0, 0.5],
@@ -40,10 +41,10 @@ fn material() -> MaterialEntry {
         parameters: Parameters {
             name: "gold-paint".into(),
             diffuse: [0.25, 0.5, 0.75],
-            lobes: vec![lobe],
+            lobes: vec![LobeParams::new(lobe).expect("every parameter is in its range")],
         },
         ndf_peak: vec![2.0],
-        mixture: MixtureEntry { alpha: vec![0.25, 0.5], weights: vec![vec![0.75], vec![0.25]] },
+        mixture: SharedMixture { alpha: vec![0.25, 0.5], weights: vec![vec![0.75], vec![0.25]] },
         row: Some(0),
         fresnel_rows: vec![0],
         error: None,
