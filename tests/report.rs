@@ -88,7 +88,7 @@ fn a_preview_has_the_same_bytes_on_any_number_of_threads() {
 #[test]
 fn every_model_can_be_shown_and_a_wrong_name_is_usage() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for model in ["sgd", "beckmann", "ggx", "lobes", "gltf", "lut"] {
+    for model in ["sgd", "beckmann", "ggx", "mixture", "gltf", "lut"] {
         let path = folder.path().join(format!("{model}.png"));
         let size = ["--size", "8", "--samples", "16", "--model", model];
         done(&[&["preview", "--material", "chrome", "-o", text(&path)], &size[..]].concat());
