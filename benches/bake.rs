@@ -3,12 +3,12 @@
 
 use divan::{Bencher, black_box};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use sgdbake::brdf::ChannelBrdf;
 use sgdbake::brdf::batch::InstructionSet;
+use sgdbake::brdf::{MaskingKind, SgdBrdf};
 use sgdbake::encode::{Format, encode};
-use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Row, albedo, bake, volume};
+use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Row, Rows, albedo, bake, volume};
 use sgdbake::material::{Material, catalog, find};
-use sgdbake::microfacet::masking::MaskingKind;
+use sgdbake::microfacet::Accuracy;
 
 fn main() {
     divan::main();
@@ -16,9 +16,10 @@ fn main() {
 
 fn row(name: &str) -> Row {
     let material = &find(name).expect("in the catalogue").material;
-    let evaluator = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, 1e-8).tabulated();
-    let channels = material.channels.each_ref().map(evaluator);
-    Row::new(name, &channels, [true; 3])
+    let brdf = SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Table).tabulated();
+    let mut rows = Rows::default();
+    rows.push(name, &brdf, [true; 3]);
+    rows.lobes.swap_remove(0)
 }
 
 /// The search, its verification and the tables, at tolerance 1e-3.

@@ -7,10 +7,11 @@
 use std::path::Path;
 
 use sgdbake::asset::build;
+use sgdbake::brdf::MaskingKind;
 use sgdbake::encode::Format;
 use sgdbake::lut::{Depths, Extent, Quantity, Request};
 use sgdbake::material::find;
-use sgdbake::microfacet::masking::MaskingKind;
+
 use sgdbake::scene::Scene;
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {

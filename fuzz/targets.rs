@@ -4,7 +4,9 @@
 use std::{fs, io, path::Path};
 
 use sgdbake::{
+    brdf::Reflectance as _,
     material,
+    measurement::Measurement,
     scene::{Assignment, Contents, Pattern, Scene, SlotId, resolve},
 };
 
@@ -48,6 +50,25 @@ pub fn assignment(bytes: &[u8]) {
 pub fn manifest(bytes: &[u8]) {
     let _ = Contents::of_manifest(&String::from_utf8_lossy(bytes));
     let _ = Contents::of_texture(bytes);
+}
+
+/// A measurement in any format; what is read has a value everywhere, and can be written again.
+pub fn measurement(bytes: &[u8]) {
+    let read = Measurement::from_reader(&mut io::Cursor::new(bytes), bytes.len() as u64);
+    let Ok(measurement) = read else { return };
+    for sample in measurement.samples().take(50) {
+        assert!(sample.weight >= 0.0, "a weight is a solid angle");
+        let f = measurement.eval(sample.wi, sample.wo);
+        assert!(f.iter().all(|f| f.is_nan() || *f >= 0.0), "{f:?}");
+    }
+    if let Measurement::Rgl(rgl) = &measurement {
+        let mut out = Vec::new();
+        rgl.write_to(&mut out).expect("memory takes every write");
+        let length = out.len() as u64;
+        let again = Measurement::from_reader(&mut io::Cursor::new(out), length);
+        let Ok(Measurement::Rgl(again)) = again else { panic!("what was written can be read") };
+        assert_eq!(&again, rgl);
+    }
 }
 
 /// Opens a scene with files beside it, and exports it with every slot assigned to both containers.

@@ -27,6 +27,8 @@ pub mod fit;
 pub mod lut;
 pub mod material;
 pub mod math;
+#[cfg(feature = "full")]
+pub mod measurement;
 pub mod microfacet;
 #[cfg(feature = "full")]
 pub mod preview;

@@ -92,3 +92,8 @@ fn assignment() {
 fn manifest() {
     run(targets::manifest, "manifest");
 }
+
+#[test]
+fn measurement() {
+    run(targets::measurement, "measurement");
+}

@@ -20,11 +20,13 @@ mod fit;
 mod input;
 mod man;
 mod materials;
+mod measured;
 mod preview;
 mod sample;
 mod sheet;
 mod slice;
 mod speed_error;
+mod tabulate;
 
 use std::process::ExitCode;
 #[cfg(unix)]
@@ -85,6 +87,8 @@ enum Command {
     Preview(preview::Arguments),
     /// The material sheet of the paper's supplement, as HTML
     Sheet(sheet::Arguments),
+    /// A material or a measurement as a file of measured reflectance: MERL or RGL
+    Tabulate(tabulate::Arguments),
     /// Speed against error of every way to evaluate a material
     SpeedError(speed_error::Arguments),
     /// Completions for a shell
@@ -130,6 +134,7 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Audit(arguments) => audit::run(arguments, output),
         Command::Preview(arguments) => preview::run(arguments, output),
         Command::Sheet(arguments) => sheet::run(arguments, output),
+        Command::Tabulate(arguments) => tabulate::run(arguments, output),
         Command::SpeedError(arguments) => speed_error::run(arguments, output),
         Command::Completions(arguments) => completions::run(arguments, output),
         Command::Man(arguments) => man::run(arguments, output),

@@ -25,6 +25,9 @@ pub fn is_ours(path: &Path) -> bool {
     if (&mut file).take(HEAD).read_to_end(&mut head).is_err() || file.rewind().is_err() {
         return false;
     }
+    if head.starts_with(b"tensor_file\0") {
+        return bsdf_is_ours(&head);
+    }
     if head.starts_with(b"glTF") {
         return glb_json(&mut file).is_some_and(json_is_ours);
     }
@@ -71,6 +74,12 @@ fn glb_json(file: &mut BufReader<File>) -> Option<impl BufRead> {
     file.read_exact(&mut header).ok()?;
     let [.., a, b, c, d, _, _, _, _] = header;
     Some(file.take(u32::from_le_bytes([a, b, c, d]).into()))
+}
+
+/// A .bsdf keeps its description in its first field, behind the list of fields.
+fn bsdf_is_ours(head: &[u8]) -> bool {
+    const WRITER: &[u8] = b", written by sgdbake ";
+    memchr::memmem::find(head, WRITER).is_some()
 }
 
 /// Pages, pictures, shaders and manuals name the writer in their first lines.

@@ -6,16 +6,19 @@ use clap::ValueEnum;
 
 use crate::cli::failure::Failure;
 use crate::cli::input::check_regular;
+use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
-use crate::cli::selection::Materials;
+use crate::cli::selection::Subjects;
+use sgdbake::brdf::{Reflectance, Sampler};
 use sgdbake::lut::BakeError;
+use sgdbake::measurement::{Filled, Measurement};
 use sgdbake::preview::environment::EnvironmentError;
-use sgdbake::preview::render::{Quality, Render, drawn_from, render};
+use sgdbake::preview::render::{Quality, Render, drawn_from, drawn_like, render};
 use sgdbake::preview::shape::Mesh;
 use sgdbake::preview::{Environment, Film, Model, Shape};
 use sgdbake::scene::Scene;
 
-/// Renders materials on a ball or a mesh, under the built-in lights or an environment image.
+/// Renders materials or measurements on a ball or a mesh, under the built-in lights or an environment image.
 ///
 /// Several materials stand side by side. The picture is converged by importance sampling of both
 /// the lights and the surface; the remaining noise is stated. A PNG is tone-mapped, an EXR linear.
@@ -25,7 +28,7 @@ use sgdbake::scene::Scene;
 )]
 pub struct Arguments {
     #[command(flatten)]
-    materials: Materials,
+    subjects: Subjects,
     /// The picture to write, .png or .exr
     #[arg(short, long, value_name = "IMAGE")]
     output: PathBuf,
@@ -53,7 +56,7 @@ pub struct Arguments {
 
 /// A model by its name on the command line.
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum ModelChoice {
+pub enum ModelChoice {
     /// The measured material
     #[default]
     Sgd,
@@ -105,7 +108,10 @@ impl ImageFormat {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let format = ImageFormat::of(&arguments.output)?;
-    let materials = arguments.materials.load()?;
+    let materials = arguments.subjects.materials()?;
+    let measured = arguments.subjects.measured.iter();
+    let measurements: Vec<Measurement> =
+        measured.map(|path| measured::read(path)).collect::<Result<_, _>>()?;
     let inputs = arguments.inputs();
     arguments.writing.check([arguments.output.as_path()], &inputs)?;
     let shape = shape(arguments.mesh.as_deref(), output)?;
@@ -114,18 +120,24 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     if arguments.writing.dry_run {
         return output.written(&arguments.output, arguments.writing);
     }
-    let bar = output.progress(u64::from(arguments.size) * materials.len() as u64, "rows");
-    let pictures: Vec<Render> = materials
-        .iter()
-        .map(|material| {
-            let reflectance = Model::from(arguments.model).reflectance(material)?;
-            let surface = drawn_from(material);
-            let models = [reflectance.as_ref()];
-            let [picture] =
-                render(&shape, &environment, &surface, models, arguments.quality(), &|| bar.inc(1));
-            Ok(picture)
-        })
-        .collect::<Result<_, BakeError>>()?;
+    let count = materials.len() + measurements.len();
+    let bar = output.progress(u64::from(arguments.size) * count as u64, "rows");
+    let picture = |surface: &Sampler, shown: &dyn Reflectance| {
+        let quality = arguments.quality();
+        let [picture] = render(&shape, &environment, surface, [shown], quality, &|| bar.inc(1));
+        picture
+    };
+    let of_material = |material| {
+        let reflectance = Model::from(arguments.model).reflectance(material)?;
+        Ok(picture(&drawn_from(material), reflectance.as_ref()))
+    };
+    let of_measurement = |measurement| {
+        let filled = Filled(measurement);
+        picture(&drawn_like(&filled), &filled)
+    };
+    let mut pictures: Vec<Render> =
+        materials.iter().map(of_material).collect::<Result<_, BakeError>>()?;
+    pictures.extend(measurements.iter().map(|measurement| of_measurement(measurement)));
     bar.finish_and_clear();
     let noise = pictures.iter().map(|picture| picture.noise).fold(0.0, f64::max);
     let films: Vec<Film> = pictures.into_iter().map(|picture| picture.film).collect();
@@ -144,7 +156,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
 impl Arguments {
     /// The files that the command reads.
     fn inputs(&self) -> Vec<&Path> {
-        let materials = self.materials.inputs();
+        let materials = self.subjects.inputs();
         materials.chain(self.environment.as_deref()).chain(self.mesh.as_deref()).collect()
     }
 

@@ -1,7 +1,7 @@
 //! Materials, directions and angles as they are named on the command line.
 
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, StringValueParser, TypedValueParser};
@@ -88,6 +88,43 @@ where
     PossibleValuesParser::new(names).try_map(|name| name.parse::<T>())
 }
 
+/// Materials and measurements that a command works on.
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = true)]
+pub struct Subjects {
+    /// A catalogue name or the path of a material file. Repeat for more
+    #[arg(
+        long,
+        value_name = "MATERIAL",
+        value_parser = MaterialParser,
+        hide_possible_values = true,
+        conflicts_with = "all"
+    )]
+    material: Vec<String>,
+    /// The whole catalogue
+    #[arg(long)]
+    all: bool,
+    /// A measurement: MERL .binary, RGL .bsdf or .csv of samples. Repeat for more
+    #[arg(long, value_name = "FILE")]
+    pub measured: Vec<PathBuf>,
+}
+
+impl Subjects {
+    /// The paths that the names may be.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.material.iter().map(Path::new).chain(self.measured.iter().map(PathBuf::as_path))
+    }
+
+    /// The materials named, or all.
+    ///
+    /// # Errors
+    ///
+    /// As [`material`].
+    pub fn materials(&self) -> Result<Vec<Material>, Failure> {
+        materials(&self.material, self.all)
+    }
+}
+
 /// The materials that a command works on.
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = false)]
@@ -117,11 +154,20 @@ impl Materials {
     ///
     /// As [`material`].
     pub fn load(&self) -> Result<Vec<Material>, Failure> {
-        if self.all {
-            return Ok(catalog().iter().map(|entry| entry.material.clone()).collect());
-        }
-        self.material.iter().map(|name| material(name)).collect()
+        materials(&self.material, self.all)
     }
+}
+
+/// The materials named, or the whole catalogue.
+///
+/// # Errors
+///
+/// As [`material`].
+pub fn materials(names: &[String], all: bool) -> Result<Vec<Material>, Failure> {
+    if all {
+        return Ok(catalog().iter().map(|entry| entry.material.clone()).collect());
+    }
+    names.iter().map(|name| material(name)).collect()
 }
 
 impl From<MaterialFileError> for Failure {

@@ -22,6 +22,8 @@ pub struct Row {
     pub lobes: [Option<Lobe<Sgd>>; MAX_LOBES],
     /// The row of `fresnel` that holds each lobe's curves.
     pub fresnel_rows: [usize; MAX_LOBES],
+    /// Σρs per colour over all lobes, stored or not: what a decoder multiplies a 3D texel by.
+    pub total_rho_s: [f64; 3],
 }
 
 /// A row of `fresnel`: a curve per colour.
@@ -99,7 +101,8 @@ impl Rows {
                 }
             }
         }
-        self.lobes.push(Row { name, lobes, fresnel_rows });
+        let total_rho_s = [0, 1, 2].map(|c| brdf.lobes.iter().map(|lobe| lobe.rho_s[c]).sum());
+        self.lobes.push(Row { name, lobes, fresnel_rows, total_rho_s });
     }
 }
 
@@ -114,11 +117,11 @@ impl Row {
         self.lobes.iter().flatten()
     }
 
-    /// Each lobe's share ρs/Σρs of a colour; 0 where no lobe colours it.
+    /// Each stored lobe's share ρs/Σρs of a colour; 0 where no lobe colours it.
     #[must_use]
     pub fn shares(&self, c: usize) -> [f64; MAX_LOBES] {
         let rho_s = self.lobes.each_ref().map(|lobe| lobe.as_ref().map_or(0.0, |l| l.rho_s[c]));
-        let total: f64 = rho_s.iter().sum();
+        let total = self.total_rho_s[c];
         if total > 0.0 { rho_s.map(|rho_s| rho_s / total) } else { rho_s }
     }
 }
@@ -127,8 +130,8 @@ impl Row {
 /// depends on. Neither name nor diffuse colour is among them, nor ρs but for its shares.
 #[must_use]
 pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; MAX_LOBES]) -> Vec<u64> {
-    let stored = || material.lobes().iter().zip(visible).filter(|(_, visible)| *visible);
-    let totals = [0, 1, 2].map(|c| stored().map(|(lobe, _)| lobe.rho_s()[c]).sum::<f64>());
+    let totals =
+        [0, 1, 2].map(|c| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum::<f64>());
     let of_lobe = |(lobe, visible): (&LobeParams, bool)| -> Vec<u64> {
         if !visible {
             return vec![0];

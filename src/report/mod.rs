@@ -11,6 +11,8 @@ pub mod estimate;
 pub mod front;
 pub mod heat;
 pub mod machine;
+pub mod measured;
+pub mod measured_page;
 pub mod number;
 pub mod parameters;
 pub mod polar;

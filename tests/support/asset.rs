@@ -41,7 +41,7 @@ fn material() -> MaterialEntry {
         parameters: Parameters {
             name: "gold-paint".into(),
             diffuse: [0.25, 0.5, 0.75],
-            lobes: vec![LobeParams::new(lobe).expect("every parameter is in its range")],
+            lobes: vec![LobeParams::new(lobe).expect("in range")],
         },
         ndf_peak: vec![2.0],
         mixture: SharedMixture { alpha: vec![0.25, 0.5], weights: vec![vec![0.75], vec![0.25]] },
