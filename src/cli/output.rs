@@ -100,8 +100,11 @@ impl Output {
 pub struct NewFile<'a> {
     /// Where.
     pub path: PathBuf,
-    write: Box<dyn Fn(&mut fs::File) -> io::Result<()> + 'a>,
+    write: Fill<'a>,
 }
+
+/// Fills a file with its content.
+type Fill<'a> = Box<dyn Fn(&mut fs::File) -> io::Result<()> + 'a>;
 
 impl<'a> NewFile<'a> {
     /// A file that `write` fills.
