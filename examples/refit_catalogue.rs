@@ -85,9 +85,8 @@ fn study(entry: &CatalogEntry, network: &network::Network) -> (String, Value) {
     let material = table_material(name, &model);
     let error = reference.distance(&exact(&material));
     let published = reference.distance(&exact(&entry.material));
-    let distance = |lobes, energy| {
-        reference.distance(&exact(&table_material(name, &of(lobes, energy).model)))
-    };
+    let distance =
+        |lobes, energy| reference.distance(&exact(&table_material(name, &of(lobes, energy).model)));
     let family = |family| {
         json!({
             "measured": one_lobe_json(&reference, &one_lobe_measured::fit(&target, family)),

@@ -76,10 +76,9 @@ impl Edition {
 /// [`UnknownMaterial`] with the nearest names.
 pub fn named(name: &str) -> Result<&'static Material, UnknownMaterial> {
     match name.strip_suffix(SUFFIX) {
-        Some(of) => refit_of(of).map(|entry| &entry.material).ok_or_else(|| UnknownMaterial {
-            name: name.to_owned(),
-            nearest: nearest_names(of),
-        }),
+        Some(of) => refit_of(of)
+            .map(|entry| &entry.material)
+            .ok_or_else(|| UnknownMaterial { name: name.to_owned(), nearest: nearest_names(of) }),
         None => find(name).map(|entry| &entry.material),
     }
 }
