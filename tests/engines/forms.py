@@ -91,6 +91,19 @@ def v_neubelt(i, o):
     return 1 / (4 * (i + o - i * o))
 
 
+def v_sheen_smith(alpha, i, o):
+    """Estevez and Kulla's masking of Charlie, clamped as the Khronos viewer does."""
+    def lam(cos):
+        t = (1 - alpha) ** 2
+        p, q, r, s, u = (low + (high - low) * t for low, high in (
+            (21.5473, 25.3245), (3.82987, 3.32435), (0.19823, 0.16801), (-1.97760, -1.27393), (-4.32054, -4.85967)))
+
+        def curve(x):
+            return p / (1 + q * x**r) + s * x + u
+        return np.exp(np.where(cos < 0.5, curve(np.minimum(cos, 0.5)), 2 * curve(0.5) - curve(np.maximum(1 - cos, 0))))
+    return np.clip(1 / ((1 + lam(i) + lam(o)) * 4 * i * o), 0, 1)
+
+
 def schlick(f0, f90, cos):
     """One row per cosine; f0 and f90 are colours or numbers."""
     weight = (1 - cos)[:, None] ** 5
@@ -163,7 +176,7 @@ def texel_centres(n):
 
 @lru_cache
 def albedo_fine():
-    """E on 64 by 64 texels, as Filament's and Babylon's textures hold it."""
+    """E on 64 by 64 texels. Filament's and Babylon's textures hold it one row off: read at roughness + 1/rows."""
     return Table(ggx_albedo, np.maximum(texel_centres(64), 0.02), texel_centres(64))
 
 
@@ -211,20 +224,22 @@ def share_cycles():
     return Table(share, nodes, nodes, np.clip(nodes, 1e-4, 0.99))
 
 
-@lru_cache
-def albedo_charlie():
-    """Directional albedo of Charlie with Neubelt's visibility (roughness, cosθo), as Filament's cmgen integrates it."""
-    mu = texel_centres(64)
-    phi = 2 * PI * texel_centres(64)
-    i, p = (x.ravel() for x in np.meshgrid(mu, phi))
+def charlie_albedo(visibility):
+    """Directional albedo of Charlie with a visibility(alpha, i, o), a table of (roughness, cosθo)."""
+    i, phi = (x.ravel() for x in np.meshgrid(texel_centres(64), 2 * PI * texel_centres(64)))
     s = np.sqrt(1 - i * i)
 
     def albedo(roughness, o):
         so = np.sqrt(1 - o * o)
-        hx, hy, hz = s * np.cos(p) + so, s * np.sin(p), i + o
-        h = hz / np.sqrt(hx**2 + hy**2 + hz**2)
-        return 2 * PI * np.mean(d_charlie(roughness**2, h) * v_neubelt(i, o) * i)
-    return Table(albedo, np.maximum(texel_centres(32), 0.05), texel_centres(32))
+        x, y, z = s * np.cos(phi) + so, s * np.sin(phi), i + o
+        h = z / np.sqrt(x * x + y * y + z * z)
+        return 2 * PI * np.mean(d_charlie(roughness**2, h) * visibility(roughness**2, i, o) * i)
+    return Table(albedo, np.maximum(texel_centres(64), 0.05), texel_centres(64))
+
+
+@lru_cache
+def albedo_neubelt():
+    return charlie_albedo(lambda alpha, i, o: v_neubelt(i, o))
 
 
 # ---------------------------------------------------------------- the engines
@@ -264,7 +279,7 @@ def babylon(m, a):
         return roughness**2 + 0.0005
 
     def compensation(roughness):
-        return 1 + f0 * (1 / albedo_fine()(roughness, a.o) - 1)[:, None]
+        return 1 + f0 * (1 / albedo_fine()(roughness + 1 / 256, a.o) - 1)[:, None]
 
     dielectric = m.ior_f0 * m.specular * m.specular_color
     f0 = dielectric + (m.base - dielectric) * m.metallic
@@ -274,7 +289,7 @@ def babylon(m, a):
     coat_fresnel = m.coat * schlick(0.04, 1, a.d)
     if m.sheen.any():
         sheen = d_charlie(alpha_of(m.sheen_roughness), a.h) * v_neubelt(a.i, a.o)
-        f = f * (1 - m.sheen.max() * albedo_charlie()(m.sheen_roughness, a.o))[:, None] + m.sheen * sheen[:, None]
+        f = f * (1 - m.sheen.max() * albedo_neubelt()(m.sheen_roughness, a.o))[:, None] + m.sheen * sheen[:, None]
     coat = coat_fresnel * (d_ggx(alpha_coat, a.h) * v_kelemen(a.d))[:, None] * compensation(m.coat_roughness)
     return f * (1 - coat_fresnel) + (coat if m.coat > 0 else 0)
 
@@ -286,10 +301,14 @@ def filament(m, a, mobile=True):
     r, r_coat = np.clip(m.roughness, least, 1), np.clip(m.coat_roughness, least, 1)
     r = r + m.coat * (max(r, r_coat) - r)
     dielectric = np.minimum(m.ior_f0 * m.specular_color, 1) * m.specular
-    f0, f90 = dielectric + (m.base - dielectric) * m.metallic, m.specular + (1 - m.specular) * m.metallic
-    compensation = 1 + f0 * (1 / albedo_fine()(r, a.o) - 1)[:, None]
-    f = schlick(f0, f90, a.d) * (d_ggx(r**2, a.h) * visibility(r**2, a.i, a.o))[:, None] * compensation
+    f0 = dielectric + (m.base - dielectric) * m.metallic
+    compensation = 1 + f0 * (1 / albedo_fine()(r + 1 / 64, a.o) - 1)[:, None]
+    f = schlick(f0, 1, a.d) * (d_ggx(r**2, a.h) * visibility(r**2, a.i, a.o))[:, None] * compensation
     f = f + m.base * (1 - m.metallic) / PI
+    if m.sheen.any():
+        r_sheen = np.clip(m.sheen_roughness, least, 1)
+        sheen = d_charlie(r_sheen**2, np.sqrt(1 - np.maximum(1 - a.h**2, 0.0078125))) * v_neubelt(a.i, a.o)
+        f = f * (1 - m.sheen.max() * albedo_neubelt()(r_sheen + 1 / 64, a.o))[:, None] + m.sheen * sheen[:, None]
     coat_fresnel = m.coat * schlick(0.04, 1, a.d)
     return f * (1 - coat_fresnel) + coat_fresnel * (d_ggx(r_coat**2, a.h) * v_kelemen(a.d))[:, None]
 
@@ -300,23 +319,13 @@ def khronos(m, a):
         alpha = roughness**2
         return (d_ggx(alpha, a.h) * v_correlated(alpha, a.i, a.o))[:, None]
 
-    def sheen_lambda(cos, alpha):
-        def curve(x):
-            t = (1 - alpha) ** 2
-            p, q, r, s, u = (lo + (hi - lo) * t for lo, hi in (
-                (21.5473, 25.3245), (3.82987, 3.32435), (0.19823, 0.16801), (-1.97760, -1.27393), (-4.32054, -4.85967)))
-            return p / (1 + q * x**r) + s * x + u
-        return np.exp(np.where(cos < 0.5, curve(np.minimum(cos, 0.5)), 2 * curve(0.5) - curve(np.maximum(1 - cos, 0))))
-
     dielectric = np.minimum(m.ior_f0 * m.specular_color, 1)
     fresnel = schlick(dielectric * m.specular, m.specular, a.d)
     f = (1 - fresnel) * m.base / PI + fresnel * lobe(m.roughness)
     f = (1 - m.metallic) * f + m.metallic * schlick(m.base, 1, a.d) * lobe(m.roughness)
     if m.sheen.any():
         alpha = max(m.sheen_roughness, 1e-6) ** 2
-        visible = np.clip(1 / ((1 + sheen_lambda(a.o, alpha) + sheen_lambda(a.i, alpha)) * 4 * a.i * a.o), 0, 1)
-        albedo = np.maximum(albedo_charlie()(m.sheen_roughness, a.o), albedo_charlie()(m.sheen_roughness, a.i))
-        f = f * (1 - m.sheen.max() * albedo)[:, None] + m.sheen * (d_charlie(alpha, a.h) * visible)[:, None]
+        f = f + m.sheen * (d_charlie(alpha, a.h) * v_sheen_smith(alpha, a.i, a.o))[:, None]
     coat_share = m.coat * schlick(m.ior_f0, 1, a.o)
     return f * (1 - coat_share) + (coat_share * lobe(m.coat_roughness) if m.coat > 0 else 0)
 
