@@ -12,7 +12,6 @@ import { fileURLToPath } from "node:url";
 import { parseArgs } from "node:util";
 import { build } from "esbuild";
 import { chromium } from "playwright-core";
-import { sheenTable } from "./sheen-table.mjs";
 
 const HERE = dirname(fileURLToPath(import.meta.url));
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm" };
@@ -20,6 +19,9 @@ const TYPES = { ".html": "text/html", ".js": "text/javascript", ".wasm": "applic
 // What a page expects as globals.
 const SCRIPTS = { filament: ["/filament.js"], khronos: ["/khronos-libs/libktx.js"] };
 const script = (path) => `<script src="${path}"></script>`;
+
+// The Khronos package leaves this table out, and its viewer never uploads it.
+const EMPTY_PNG = Buffer.from("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABc3UBGAAAAABJRU5ErkJggg==", "base64");
 
 const { values: options, positionals } = parseArgs({
   allowPositionals: true,
@@ -58,7 +60,7 @@ const files = new Map([
   ["/page.js", bundle.outputFiles[0].contents],
   ["/filament.js", () => readFileSync(join(modules, "filament/filament.js"))],
   ["/filament.wasm", () => readFileSync(join(modules, "filament/filament.wasm"))],
-  ["/lut_sheen_E.png", sheenTable],
+  ["/lut_sheen_E.png", EMPTY_PNG],
   ["/environment.hdr", () => readFileSync(options.environment)],
 ]);
 const server = createServer((request, response) => {

@@ -30,6 +30,11 @@ class Material:
     sheen: np.ndarray = field(default_factory=lambda: np.zeros(3))
     sheen_roughness: float = 0.0
 
+    @property
+    def has_specular(self):
+        """Whether `KHR_materials_specular` says anything: a file without it and one of its defaults differ in Filament."""
+        return self.specular != 1 or (self.specular_color != 1).any()
+
     @classmethod
     def from_gltf(cls, material):
         pbr, ext = material.get("pbrMetallicRoughness", {}), material.get("extensions", {})
@@ -243,6 +248,10 @@ def albedo_neubelt():
 
 
 # ---------------------------------------------------------------- the engines
+# Seen in Filament's pictures of materials that have both specular and clearcoat, not in its sources.
+FILAMENT_TINT = np.array([29, 30, 31]) / 32
+
+
 def three(m, a):
     """three.js r187, WebGLRenderer, MeshPhysicalMaterial."""
     def schlick_spherical(f0, f90, cos):
@@ -300,12 +309,13 @@ def filament(m, a, mobile=True):
     visibility = v_fast if mobile else v_correlated
     r, r_coat = np.clip(m.roughness, least, 1), np.clip(m.coat_roughness, least, 1)
     r = r + m.coat * (max(r, r_coat) - r)
-    dielectric = np.minimum(m.ior_f0 * m.specular_color, 1) * m.specular
+    tint = m.specular_color * (FILAMENT_TINT if m.coat > 0 and m.has_specular else 1)
+    dielectric = np.minimum(m.ior_f0 * tint, 1) * m.specular
     f0 = dielectric + (m.base - dielectric) * m.metallic
     compensation = 1 + f0 * (1 / albedo_fine()(r + 1 / 64, a.o) - 1)[:, None]
     f = schlick(f0, 1, a.d) * (d_ggx(r**2, a.h) * visibility(r**2, a.i, a.o))[:, None] * compensation
     f = f + m.base * (1 - m.metallic) / PI
-    if m.sheen.any():
+    if m.sheen.any() and m.coat == 0:
         r_sheen = np.clip(m.sheen_roughness, least, 1)
         sheen = d_charlie(r_sheen**2, np.sqrt(1 - np.maximum(1 - a.h**2, 0.0078125))) * v_neubelt(a.i, a.o)
         f = f * (1 - m.sheen.max() * albedo_neubelt()(r_sheen + 1 / 64, a.o))[:, None] + m.sheen * sheen[:, None]
