@@ -5,7 +5,7 @@
 
 With the bpy module of PyPI (4.5 or 5.0). The arguments and the files written are those of draw.mjs. The ball is one
 small facet per pixel, tangent to the ball at the pixel's centre, seen by a ray through that centre; nothing casts a
-shadow, and there is one bounce: pictures under suns are without noise.
+shadow, and the ball is convex: pictures under suns are without noise.
 """
 import argparse
 import json
@@ -61,13 +61,13 @@ def imported(materials):
 
 
 def stage(size):
-    """A camera that looks along -z through the pixels' centres, and Cycles with one bounce."""
+    """A camera that looks along -z through the pixels' centres, and Cycles without approximations."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = 1, False, False
     scene.cycles.max_bounces = 0
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "GAUSSIAN", 0.01  # BOX has no width
     scene.cycles.sample_clamp_direct = scene.cycles.sample_clamp_indirect = 0
     scene.render.threads_mode, scene.render.threads = "FIXED", 2
     scene.render.resolution_x = scene.render.resolution_y = size
@@ -92,11 +92,21 @@ def picture(scene, folder):
 
 
 def environment(path):
+    """A world lit by an equirectangular image whose centre lies behind the ball, as `sgdbake preview` has it."""
     world = bpy.data.worlds.new("environment")
     world.use_nodes = True
-    texture = world.node_tree.nodes.new("ShaderNodeTexEnvironment")
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    direction, split, turned = (nodes.new("ShaderNode" + kind) for kind in ("TexCoord", "SeparateXYZ", "CombineXYZ"))
+    links.new(direction.outputs["Generated"], split.inputs[0])
+    for source, sign, target in (("Z", -1, "X"), ("X", -1, "Y"), ("Y", 1, "Z")):  # the picture's up is y, Blender's z
+        scaled = nodes.new("ShaderNodeMath")
+        scaled.operation, scaled.inputs[1].default_value = "MULTIPLY", sign
+        links.new(split.outputs[source], scaled.inputs[0])
+        links.new(scaled.outputs[0], turned.inputs[target])
+    texture = nodes.new("ShaderNodeTexEnvironment")
     texture.image = bpy.data.images.load(str(path))
-    world.node_tree.links.new(texture.outputs["Color"], world.node_tree.nodes["Background"].inputs["Color"])
+    links.new(turned.outputs[0], texture.inputs["Vector"])
+    links.new(texture.outputs["Color"], nodes["Background"].inputs["Color"])
     return world
 
 

@@ -29,7 +29,7 @@ const { values: options, positionals } = parseArgs({
     size: { type: "string", default: "48" },
     suns: { type: "string", default: "15,40,70,110,140" },
     environment: { type: "string" },
-    luts: { type: "string" },
+    turn: { type: "string", default: "0" },
   },
 });
 const [engine, list, out] = positionals;
@@ -87,7 +87,7 @@ try {
   page.on("pageerror", (error) => console.error(`${engine}: ${error.message}`));
   await page.goto(`http://127.0.0.1:${server.address().port}/`);
   const size = Number(options.size), suns = options.suns.split(",").filter(Boolean).map((degrees) => (Number(degrees) * Math.PI) / 180);
-  const name = await page.evaluate((o) => window.page.init(o), { size, environment: options.environment && "/environment.hdr" });
+  const name = await page.evaluate((o) => window.page.init(o), { size, environment: options.environment && "/environment.hdr", turn: Number(options.turn) * Math.PI / 180 });
   mkdirSync(out, { recursive: true });
   for (const { label, material } of JSON.parse(readFileSync(list, "utf8"))) {
     const encoded = await page.evaluate(async ([m, s]) => {

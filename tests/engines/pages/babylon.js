@@ -36,6 +36,7 @@ export async function init(options) {
   sun.intensity = Math.PI;
   if (options.environment) {
     environment = new HDRCubeTexture(options.environment, scene, 256, false, true, false, true);
+    environment.rotationY = options.turn;
     await new Promise((done, failed) => {
       if (environment.isReady()) return done();
       environment.onLoadObservable.addOnce(done);

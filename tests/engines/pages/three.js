@@ -4,12 +4,13 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { HDRLoader } from "three/addons/loaders/HDRLoader.js";
 import { ballGlb, onePerPatch, DISTANCE, PATCH } from "./ball.js";
 
-let renderer, target, size, environment;
+let renderer, target, size, environment, turn;
 const camera = new THREE.OrthographicCamera(-1, 1, 1, -1, DISTANCE - 10, DISTANCE + 10);
 camera.position.z = DISTANCE;
 
 export async function init(options) {
   size = options.size;
+  turn = options.turn;
   renderer = new THREE.WebGLRenderer();
   target = new THREE.WebGLRenderTarget(size * PATCH, size * PATCH, { type: THREE.FloatType });
   if (options.environment) {
@@ -32,6 +33,7 @@ export async function draw(material, suns) {
   if (environment) {
     sun.intensity = 0;
     world.environment = environment;
+    world.environmentRotation.set(0, turn, 0);
     pictures.push(picture(world));
   }
   scene.traverse((o) => o.isMesh && (o.geometry.dispose(), o.material.dispose()));
