@@ -3,10 +3,11 @@ import { GltfView, GltfState } from "@khronosgroup/gltf-viewer";
 import { ballGlb, onePerPatch, PATCH } from "./ball.js";
 import { floatCanvas } from "./canvas.js";
 
-let view, loader, canvas, size, lit, environment;
+let view, loader, canvas, size, lit, environment, turn;
 
 export async function init(options) {
   size = options.size;
+  turn = (options.turn * 180) / Math.PI;
   canvas = floatCanvas(size * PATCH);
   const source = canvas.gl.shaderSource.bind(canvas.gl);
   canvas.gl.shaderSource = (shader, text) => source(shader, text.replace(/(#version.*\n)/, "$1#define LINEAR_OUTPUT 1\n"));
@@ -33,7 +34,7 @@ async function picture(glb, sun) {
   state.environment = environment;
   Object.assign(state.renderingParameters, {
     usePunctual: sun, useIBL: !sun, toneMap: GltfState.ToneMaps.NONE, exposure: 1,
-    renderEnvironmentMap: false, clearColor: [0, 0, 0, 0], useDirectionalLightsWithDisabledIBL: false,
+    environmentRotation: turn, renderEnvironmentMap: false, clearColor: [0, 0, 0, 0], useDirectionalLightsWithDisabledIBL: false,
   });
   view.renderFrame(state, canvas.canvas.width, canvas.canvas.height);
   return onePerPatch(canvas.read(), size);
