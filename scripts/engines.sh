@@ -5,7 +5,8 @@
 #   scripts/engines.sh                       both editions, suns and environment: docs/engines.md
 #   scripts/engines.sh FOLDER LIST.json …    other lists of {"label", "material", "name"}: to standard output
 #
-# FOLDER keeps the pictures. SGDBAKE_BIN names the binary, MEASURED the folder of networks.
+# FOLDER keeps the pictures. SGDBAKE_BIN names the binary, MEASURED the folder of networks, ENVIRONMENT an .hdr panorama
+# (none: suns only), ENGINES a choice of the engines.
 set -euo pipefail
 root="$(cd "$(dirname "$0")/.." && pwd)"
 here="$root/tests/engines"
@@ -16,7 +17,8 @@ measured="${MEASURED:-$root/../shared/measured}"
 [ -d "$here/node_modules" ] || npm --prefix "$here" ci
 python="$root/.venv-bpy45/bin/python"
 [ -x "$python" ] || "$root/scripts/setup-blender.sh" 45
-"$python" -c 'import skimage' 2>/dev/null || "$python" -m pip install --quiet --disable-pip-version-check scikit-image
+"$python" -c 'import skimage, OpenEXR' 2>/dev/null ||
+  "$python" -m pip install --quiet --disable-pip-version-check scikit-image OpenEXR
 
 if [ $# -gt 0 ]; then
   folder="$1"; shift
@@ -34,11 +36,16 @@ else
   fi
   output=(-o "$root/docs/engines.md")
 fi
+environment=()
+[ -z "${ENVIRONMENT:-}" ] || environment=(--environment "$ENVIRONMENT")
 for list in "${lists[@]}"; do
   pictures="$folder/$(basename "$list" .json)"
-  for engine in three babylon filament khronos; do
-    node "$here/draw.mjs" "$engine" "$list" "$pictures/$engine"
+  for engine in ${ENGINES:-three babylon filament khronos blender}; do
+    case "$engine" in
+      blender) "$python" "$here/blender.py" "$list" "$pictures/blender" "${environment[@]}" | grep '^Blender [0-9]' ;;
+      filament) node "$here/draw.mjs" filament "$list" "$pictures/filament" ;; # reads no .hdr
+      *) node "$here/draw.mjs" "$engine" "$list" "$pictures/$engine" "${environment[@]}" ;;
+    esac
   done
-  "$python" "$here/blender.py" "$list" "$pictures/blender" | grep '^Blender [0-9]'
 done
-"$python" "$here/report.py" "$binary" "$folder" "${lists[@]}" --measured "$measured" "${output[@]}"
+"$python" "$here/report.py" "$binary" "$folder" "${lists[@]}" --measured "$measured" "${environment[@]}" "${output[@]}"

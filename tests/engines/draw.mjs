@@ -1,6 +1,6 @@
 // Draws glTF materials in an engine, in headless Chromium.
 //
-//   node draw.mjs ENGINE MATERIALS.json OUT [--size 48] [--suns 15,40,70,110,140] [--environment FILE.hdr]
+//   node draw.mjs ENGINE MATERIALS.json OUT [--size 48] [--suns 15,40,70,110,140] [--environment FILE.hdr] [--turn DEGREES]
 //
 // ENGINE is three, babylon, khronos or filament. MATERIALS.json is a list of {"label", "material"}, the material as in
 // a glTF file's `materials`. Writes OUT/LABEL.f32: for each sun, then for the environment, size · size · 3 floats
@@ -20,6 +20,9 @@ const TYPES = { ".html": "text/html", ".js": "text/javascript", ".wasm": "applic
 const SCRIPTS = { filament: ["/filament.js"], khronos: ["/khronos-libs/libktx.js"] };
 const script = (path) => `<script src="${path}"></script>`;
 
+// Degrees about y that bring the panorama's centre behind the ball, as `sgdbake preview` has it.
+const TURNS = { three: 90, babylon: 0, khronos: 90, filament: 0 };
+
 // The Khronos package leaves this table out, and its viewer never uploads it.
 const EMPTY_PNG = Buffer.from("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABc3UBGAAAAABJRU5ErkJggg==", "base64");
 
@@ -29,7 +32,7 @@ const { values: options, positionals } = parseArgs({
     size: { type: "string", default: "48" },
     suns: { type: "string", default: "15,40,70,110,140" },
     environment: { type: "string" },
-    turn: { type: "string", default: "0" },
+    turn: { type: "string" },
   },
 });
 const [engine, list, out] = positionals;
@@ -87,7 +90,7 @@ try {
   page.on("pageerror", (error) => console.error(`${engine}: ${error.message}`));
   await page.goto(`http://127.0.0.1:${server.address().port}/`);
   const size = Number(options.size), suns = options.suns.split(",").filter(Boolean).map((degrees) => (Number(degrees) * Math.PI) / 180);
-  const name = await page.evaluate((o) => window.page.init(o), { size, environment: options.environment && "/environment.hdr", turn: Number(options.turn) * Math.PI / 180 });
+  const name = await page.evaluate((o) => window.page.init(o), { size, environment: options.environment && "/environment.hdr", turn: (Number(options.turn ?? TURNS[engine]) * Math.PI) / 180 });
   mkdirSync(out, { recursive: true });
   for (const { label, material } of JSON.parse(readFileSync(list, "utf8"))) {
     const encoded = await page.evaluate(async ([m, s]) => {

@@ -13,17 +13,18 @@ import numpy as np
 
 import forms
 import truth
-from picture import SunPixels, delta_e
+from picture import EDGE, SIZE, SunPixels, delta_e, normals
 
 ENGINES = {"three": "three.js 0.187.0", "babylon": "Babylon.js 9.35.0", "filament": "Filament 1.53.4", "khronos": "Khronos viewer 1.1.0",
            "blender": "Blender 4.5, Cycles"}
+EXPOSURE = 0.5  # under the environment: a white diffuse ball is then about half of white
 BRIGHTEST = 30.0  # Babylon.js clamps radiance to it
 
 
 class Row:
     """One material: per engine the colour differences to the material and to the measurement, and the form's error."""
 
-    def __init__(self, entry, folder, pixels, binary, nets):
+    def __init__(self, entry, folder, pixels, binary, nets, panorama):
         self.name = entry["name"]
         references = {"surface": truth.exact(binary, self.name, pixels.wi, pixels.wo)}
         net = nets.get(self.name.split("@")[0])
@@ -33,10 +34,17 @@ class Row:
         self.exact = None if not net else delta_e(self.references["surface"], self.references["measurement"])
         self.engines = {}
         material = forms.Material.from_gltf(entry["material"])
-        for engine in ENGINES:
-            path = folder / engine / f"{entry['label']}.f32"
-            if path.is_file():
-                self.engines[engine] = self._measure(engine, pixels, pixels.read(path), material)
+        paths = {engine: folder / engine / f"{entry['label']}.f32" for engine in ENGINES}
+        lit = {engine: pixels.read_environment(path) for engine, path in paths.items() if path.is_file()}
+        for engine in lit:
+            self.engines[engine] = self._measure(engine, pixels, pixels.read(paths[engine]), material)
+        if panorama and any(picture is not None for picture in lit.values()):
+            inside = normals()[1] < EDGE
+            reference = truth.under_environment(binary, self.name, panorama, SIZE)[inside]
+            for engine, picture in lit.items():
+                if picture is not None:
+                    d = delta_e(EXPOSURE * picture[inside], EXPOSURE * reference)
+                    self.engines[engine]["environment"] = (d.mean(), d.max())
 
     def _measure(self, engine, pixels, seen, material):
         form = pixels.radiance(forms.FORMS[engine](material, forms.Angles.of(pixels.wi, pixels.wo)))
@@ -77,6 +85,8 @@ def document(lists):
                   *summary(rows, "surface"), ""]
         if any("measurement" in e for row in rows for e in row.engines.values()):
             lines += ["To the measurement (its stand-in, see below):", "", *summary(rows, "measurement"), ""]
+        if any("environment" in e for row in rows for e in row.engines.values()):
+            lines += ["Under royal_esplanade_1k.hdr, exposure 0.5, to a converged picture of the exact material:", "", *summary(rows, "environment"), ""]
     lines += ["## The engines' forms", "", "Largest deviation of [engine-forms.md](engine-forms.md) from a pixel, over all materials above:", "",
               "| " + " | ".join(ENGINES.values()) + " |", "|---" * len(ENGINES) + "|"]
     cells = []
@@ -85,9 +95,9 @@ def document(lists):
         cells.append(f"{100 * max(found):.2f} %" if found else "–")
     lines += ["| " + " | ".join(cells) + " |", "", *LIMITS.strip().splitlines(), ""]
     for name, rows in lists.items():
-        for key, to in (("surface", "the exact material"), ("measurement", "the measurement")):
+        for key, to in (("surface", "the exact material"), ("measurement", "the measurement"), ("environment", "the exact material")):
             if any(key in e for row in rows for e in row.engines.values()):
-                lines += [f"## {name.capitalize()} under suns, to {to}", "", "Mean / largest ΔE2000.", "", *table(rows, key), ""]
+                lines += [f"## {name.capitalize()} {'under the environment' if key == 'environment' else 'under suns'}, to {to}", "", "Mean / largest ΔE2000.", "", *table(rows, key), ""]
     return "\n".join(lines)
 
 
@@ -106,6 +116,7 @@ LIMITS = """
 
 * three.js, Babylon.js, Filament and the Khronos viewer run in headless Chromium (Debian's) with software GL (SwiftShader), into float targets. Each pixel's normal is drawn on a flat patch: screen-space widening of lobes (three.js, Babylon.js, Filament) is therefore absent, as it is on a large smooth surface.
 * Blender: the `bpy` module, Cycles on the CPU, materials as its glTF importer makes them.
+* npm's Filament reads environments that its tool cmgen prefiltered (KTX) only, and that tool is not in the package: it has no figure under the environment. The Khronos viewer filters its maps itself; in software GL that takes many minutes.
 * The measurement is a stand-in: networks trained on the MERL database (Sztrajman et al. 2021), a mean ΔE2000 of about 1 off the real measurements.
 * The figures of [fits.md](fits.md) are taken under one dim area light and are smaller for that reason alone.
 """
@@ -117,10 +128,11 @@ def main():
     parser.add_argument("pictures", type=Path)
     parser.add_argument("materials", type=Path, nargs="+")
     parser.add_argument("--measured", type=Path, default=truth.ROOT.parent / "shared/measured")
+    parser.add_argument("--environment", type=Path)
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args()
     pixels, nets = SunPixels(), truth.networks(options.measured)
-    lists = {path.stem: [Row(entry, options.pictures / path.stem, pixels, options.binary, nets) for entry in json.loads(path.read_text())]
+    lists = {path.stem: [Row(entry, options.pictures / path.stem, pixels, options.binary, nets, options.environment) for entry in json.loads(path.read_text())]
              for path in options.materials}
     text = document(lists)
     if options.output:

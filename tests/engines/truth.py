@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 
 ROOT = Path(__file__).resolve().parents[2]
 LAYERS = ("w1", "b1", "w2", "b2", "w3", "b3")
@@ -22,6 +23,16 @@ def exact(binary, name, wi, wo):
                                check=True, text=True, stdout=subprocess.PIPE).stdout.splitlines()
     pairs = [json.loads(line) for line in lines]
     return np.array([pair["brdf"] if "brdf" in pair else [pair[c]["brdf"] for c in "rgb"] for pair in pairs])
+
+
+def under_environment(binary, name, panorama, size, samples=2048):
+    """Radiance of the ball by `sgdbake preview`, size x size x 3, rows upwards: the middle ninth of each pixel."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "ball.exr"
+        subprocess.run([str(binary), "--quiet", "preview", "--material", name, "--environment", str(panorama),
+                        "--size", str(3 * size), "--samples", str(samples), "-o", str(path)], check=True, stdout=subprocess.DEVNULL)
+        (channels,) = OpenEXR.File(str(path)).channels().values()
+    return channels.pixels[1::3, 1::3, :3][::-1].astype(float)
 
 
 def networks(folder):
