@@ -3,7 +3,7 @@
 
     python blender.py MATERIALS.json OUT [--size 48] [--suns 15,40,70,110,140] [--environment FILE.hdr --samples 1024]
 
-With the bpy module of PyPI (4.5 or 5.0). The arguments and the files written are those of draw.mjs. The ball is one
+With the bpy module of PyPI, 4.5. The arguments and the files written are those of draw.mjs. The ball is one
 small facet per pixel, tangent to the ball at the pixel's centre, seen by a ray through that centre; nothing casts a
 shadow, and the ball is convex: pictures under suns are without noise.
 """
