@@ -38,7 +38,7 @@ def show_all():
     """Links the fallback of every SGD material. One that cannot be is left as it is."""
     restore_all()
     for each in material.sgd_materials():
-        if each.library is None and each.node_tree is not None:
+        if each.node_tree is not None:
             _show(each)
     if _restores and not bpy.app.background:
         bpy.app.timers.register(restore_all, first_interval=0.0)  # after an export that failed, too

@@ -70,6 +70,7 @@ def _packed(texture, data):
             file.write(data)
         image = bpy.data.images.load(path)
         image.pack()
+        image.filepath_raw = f"//{texture.quantity}{suffix}"  # where an artist's Unpack writes it
         return image
     finally:
         os.unlink(path)

@@ -17,6 +17,7 @@ SHAPE = ("alpha", "p")
 MASKING = ("lambda", "c", "k")
 COLOURS = ("rho_s", "f0", "f1")
 MAX_LOBES = 3
+EMPTY = {"lobes": [], "ndf_peak": [], "mixture": {"alpha": [], "weights": []}, "row": None, "fresnel_rows": []}
 # Version 1 had one lobe per colour channel.
 OLD_SCHEMA = "sgdbake/manifest/1"
 CHANNELS = ("r", "g", "b")
@@ -74,8 +75,9 @@ def read_extension(extension, buffer_view, folder):
         raise FormatError(f"{EXTENSION_NAME}: version is {version!r}; this extension reads versions 1 and "
                           f"{EXTENSION_VERSION}. Update the extension, or export the scene again with this sgdbake")
     textures = tuple(_embedded_texture(entry, buffer_view, folder, f"{EXTENSION_NAME}: textures[{i}]")
-                     for i, entry in enumerate(_list(extension, "textures", EXTENSION_NAME)))
-    return Material(description(extension, EXTENSION_NAME), textures)
+                     for i, entry in enumerate(_list({"textures": [], **extension}, "textures", EXTENSION_NAME)))
+    # Blender's glTF exporter leaves out what is null or empty.
+    return Material(description({**EMPTY, **extension}, EXTENSION_NAME), textures)
 
 
 def description(entry, where):
@@ -94,8 +96,8 @@ def description(entry, where):
         "lobes": given,
         "ndf_peak": _numbers(entry, "ndf_peak", None, where),
         "mixture": _mixture(_get(entry, "mixture", dict, where), len(given), f"{where}: mixture"),
-        "row": _get({"row": None, **entry}, "row", (int, type(None)), where),
-        "fresnel_rows": _list(entry, "fresnel_rows", where) if "fresnel_rows" in entry else [],
+        "row": _get(entry, "row", (int, type(None)), where),
+        "fresnel_rows": _list(entry, "fresnel_rows", where),
     }
     return shared | {key: entry[key] for key in ("error",) if isinstance(entry.get(key), dict)}
 

@@ -31,7 +31,7 @@ def sgd_material(path):
     document, binary = read(path)
     material = next(each for each in document["materials"] if NAME in each.get("extensions", {}))
     extension = material["extensions"][NAME]
-    for texture in extension["textures"]:
+    for texture in extension.get("textures", []):
         view = document["bufferViews"][texture.pop("bufferView")]
         start = view.get("byteOffset", 0)
         texture["bytes"] = binary[start:start + view["byteLength"]]
