@@ -5,15 +5,30 @@ An imported one stays in the material's graph, unlinked: it has the artist's tex
 export one is linked to the output in place of what is there, and the graph is put back after.
 """
 
+from dataclasses import dataclass
+
 import bpy
 
-from . import material
+from . import interface, material
 
 FIT_NODE = "SGD glTF Fit"
 # Sockets of the Principled BSDF that the SGD group has too.
 SHARED = ("Normal", "Emission Color", "Emission Strength", "Alpha")
-# One call for each material that shows its fallback: puts the graph back.
-_restores = []
+# Of each material that shows its fallback, what puts its graph back. Names, not references: an
+# export that failed leaves them, and the file may change before they are used.
+_before = []
+
+
+@dataclass(frozen=True)
+class Before:
+    """What the surface of an output was linked to, and which nodes an export muted and added."""
+
+    material: str
+    library: str | None
+    output: str
+    sources: tuple
+    muted: tuple
+    added: tuple
 
 
 def adopt(blender_material, source):
@@ -40,41 +55,71 @@ def show_all():
     for each in material.sgd_materials():
         if each.node_tree is not None:
             _show(each)
-    if _restores and not bpy.app.background:
+    if _before and not bpy.app.background:
         bpy.app.timers.register(restore_all, first_interval=0.0)  # after an export that failed, too
 
 
-def restore_all():
-    """Puts every graph back. The order is the reverse: nothing is left if one fails."""
-    while _restores:
-        _restores.pop()()
+@bpy.app.handlers.persistent
+def restore_all(*_):
+    """Puts every graph back."""
+    while _before:
+        _restore(_before.pop())
 
 
 def _show(shown):
-    graph = shown.node_tree
-    made = []
+    graph, added = shown.node_tree, []
     principled = graph.nodes.get(FIT_NODE)
     if principled is None or principled.type != "BSDF_PRINCIPLED":
         principled = _principled(graph, shown)
-        made.append(principled.name)
+        added.append(principled.name)
     output = next((node for node in graph.nodes if node.type == "OUTPUT_MATERIAL" and node.is_active_output), None)
     if output is None:
         output = graph.nodes.new("ShaderNodeOutputMaterial")
         output.is_active_output = True
-        made.append(output.name)
+        added.append(output.name)
     surface = output.inputs["Surface"]
-    before = [link.from_socket for link in surface.links]
+    sources = tuple((link.from_node.name, link.from_socket.identifier) for link in surface.links)
+    library = shown.library.filepath if shown.library else None
+    muted = _groups(graph)
+    _before.append(Before(shown.name, library, output.name, sources, tuple(node.name for node in muted), tuple(added)))
+    for node in muted:
+        node.mute = True
     graph.links.new(principled.outputs[0], surface)
-    _restores.append(lambda: _restore(graph, surface, before, made))
 
 
-def _restore(graph, surface, before, made):
-    for link in list(surface.links):
+def _restore(before):
+    shown = bpy.data.materials.get((before.material, before.library))
+    if shown is None or shown.node_tree is None:
+        return
+    graph = shown.node_tree
+    output = graph.nodes.get(before.output)
+    for link in list(output.inputs["Surface"].links) if output else ():
         graph.links.remove(link)
-    for socket in before:
-        graph.links.new(socket, surface)
-    for name in made:
-        graph.nodes.remove(graph.nodes[name])
+    for name, identifier in before.sources if output else ():
+        if (socket := _output(graph.nodes.get(name), identifier)) is not None:
+            graph.links.new(socket, output.inputs["Surface"])
+    for name in before.muted:
+        if name in graph.nodes:
+            graph.nodes[name].mute = False
+    for name in before.added:
+        if name in graph.nodes:
+            graph.nodes.remove(graph.nodes[name])
+
+
+def _groups(graph):
+    """The nodes that are or hold an SGD group: the exporter looks into groups that are not muted."""
+    return [node for node in graph.nodes if node.type == "GROUP" and not node.mute
+            and (interface.is_group(node) or interface.groups_in(node.node_tree))]
+
+
+def _output(node, identifier):
+    return next((each for each in node.outputs if each.identifier == identifier), None) if node else None
+
+
+@bpy.app.handlers.persistent
+def forget(*_):
+    """Another file is open: there is nothing to put back."""
+    _before.clear()
 
 
 def _principled(graph, shown):
@@ -123,3 +168,14 @@ def _read(node):
         "clearcoat": value("Coat Weight"),
         "clearcoat_roughness": value("Coat Roughness"),
     }
+
+
+def register():
+    bpy.app.handlers.save_pre.append(restore_all)
+    bpy.app.handlers.load_post.append(forget)
+
+
+def unregister():
+    restore_all()
+    bpy.app.handlers.load_post.remove(forget)
+    bpy.app.handlers.save_pre.remove(restore_all)

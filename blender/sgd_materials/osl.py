@@ -25,7 +25,10 @@ def script_node(graph, description):
         raise FormatError("this Blender is built without Open Shading Language: choose Lobes (Nodes)")
     update, errors = _updater(), []
     node = graph.node("ShaderNodeScript", mode="INTERNAL", script=_text(description))
-    update(node, lambda kind, message: "ERROR" in kind and errors.append(message))
+    try:
+        update(node, lambda kind, message: "ERROR" in kind and errors.append(message))
+    except ImportError as error:
+        raise FormatError(f"Cycles' OSL compiler lacks a part: {error}: choose Lobes (Nodes)") from error
     if errors or "BSDF" not in node.outputs:
         raise FormatError(f"the OSL shader did not compile: {' '.join(errors) or 'it has no output'}")
     return node
@@ -82,13 +85,10 @@ def _text(description):
 
 
 def _updater():
-    """Cycles' compiler. As a Python module Blender leaves the oslquery it needs off the path."""
+    """Cycles' compiler. As a Python module Blender leaves the oslquery it may need off the path."""
     if importlib.util.find_spec("oslquery") is None:
-        found = next((Path(bpy.utils.resource_path("LOCAL")) / "python").rglob("site-packages/oslquery*"), None)
-        if found is None:
-            raise FormatError("this Blender has no oslquery module, which compiling for Open Shading Language "
-                              "takes: choose Lobes (Nodes)")
-        sys.path.append(str(found.parent))
+        own = Path(bpy.utils.resource_path("LOCAL")) / "python"
+        sys.path += [str(each.parent) for each in own.rglob("site-packages/oslquery*")][:1]
     import cycles.osl
 
     return cycles.osl.update_script_node

@@ -30,7 +30,7 @@ def links(material):
 
 
 def named(material):
-    return {node.name for node in material.node_tree.nodes}
+    return {(node.name, node.mute) for node in material.node_tree.nodes}
 
 
 def group(material):
