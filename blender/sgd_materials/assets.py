@@ -19,11 +19,16 @@ def write(folder, sources, pictures=catalogue.picture, mode="LOBES"):
     """Writes the library of those materials. The open file has the materials after it too."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    before = set(bpy.data.materials)
     made = importing.create_all(sources, mode)
     for each in made:
         _mark(each, pictures(material.description(each)["name"]))
     part = folder / f"{BLEND}.part"
-    bpy.data.libraries.write(str(part), set(made), fake_user=True, compress=True)
+    try:
+        bpy.data.libraries.write(str(part), set(made), fake_user=True, compress=True)
+    finally:
+        for each in set(made) & before:  # the artist's own: they are no assets of this file
+            each.asset_clear()
     part.replace(folder / BLEND)
     (folder / CATALOGS).write_text(_catalogs(), encoding="utf-8")
     return made
