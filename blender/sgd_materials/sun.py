@@ -52,13 +52,10 @@ def _irradiance(data, axis):
 
 
 def drives(tree, light):
-    """Whether a group follows that sun."""
-    return _target(tree) == light
-
-
-def _target(tree):
+    """Whether a group follows that sun; for none, that it follows nothing, not even one that was removed."""
     drivers = tree.animation_data.drivers if tree.animation_data else ()
-    return next((driver.driver.variables[0].targets[0].id for driver in drivers), None)
+    targets = {driver.driver.variables[0].targets[0].id for driver in drivers}
+    return targets == (set() if light is None else {light})
 
 
 def _drive(socket, light, expression, paths):

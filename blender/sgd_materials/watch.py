@@ -9,8 +9,6 @@ from . import interface, material, sun
 @bpy.app.handlers.persistent
 def follow_suns(scene, depsgraph):
     """Follows a sun that was added, chosen or removed after the material was shown."""
-    if not depsgraph.id_type_updated("OBJECT") and not depsgraph.id_type_updated("SCENE"):
-        return
     for each in material.sgd_materials():
         if _astray(each):
             material.show(each)

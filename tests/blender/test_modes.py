@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+import json
 import re
+import shutil
 
 import bpy
 import pytest
@@ -103,3 +105,103 @@ def test_the_file_keeps_material_and_mode(nickel, tmp_path):
     assert kept.sgd_material.mode == "LOBES"
     kept.sgd_material.mode = "SUN"
     assert kept.sgd_material.problem == ""
+
+
+@pytest.fixture
+def sunlit(nickel):
+    """Nickel under a sun on a ball."""
+    stage.ball().data.materials.append(nickel)
+    nickel.sgd_material.mode = "SUN"
+    return nickel
+
+
+def test_a_sun_that_is_added_later_is_found(sunlit):
+    assert driven(sunlit, "Irradiance") == (1.0, 1.0, 1.0)
+    sun = stage.sun((0.0, 1.0, 0.0), 5.0)
+    bpy.context.view_layer.update()
+    assert driven(sunlit, "Irradiance") == pytest.approx((5.0,) * 3)
+    bpy.data.objects.remove(sun)
+    bpy.context.view_layer.update()
+    assert driven(sunlit, "Irradiance") == (1.0, 1.0, 1.0)
+
+
+def test_the_sun_s_exposure_temperature_and_hiding(sunlit):
+    sun = stage.sun((0.0, 1.0, 0.0), 2.0)
+    bpy.context.view_layer.update()
+    if hasattr(sun.data, "exposure"):  # since Blender 4.5
+        sun.data.exposure = 1.0
+        assert driven(sunlit, "Irradiance") == pytest.approx((4.0,) * 3)
+        sun.data.use_temperature, sun.data.temperature = True, 3000.0
+        assert driven(sunlit, "Irradiance") == pytest.approx([4.0 * c for c in sun.data.temperature_color], rel=1e-4)
+    sun.hide_render = True
+    assert driven(sunlit, "Irradiance") == (0.0, 0.0, 0.0)
+
+
+def test_what_does_not_light_it_is_said(sunlit):
+    from sgd_materials import panel
+
+    assert "No sun in the scene" in " ".join(panel.notes(bpy.context.scene, sunlit))
+    stage.sun((0.0, 1.0, 0.0), 2.0)
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    bpy.context.scene.collection.objects.link(lamp)
+    notes = " ".join(panel.notes(bpy.context.scene, sunlit))
+    assert "Lit by Sun alone" in notes and "Ignored: Lamp" in notes
+
+
+def test_it_does_not_light_the_floor(sunlit, tmp_path):
+    """The emission is for the camera: a floor in the shadow of everything stays dark."""
+    stage.sun((0.0, 0.0, 1.0), 50.0).hide_set(True)
+    bpy.context.view_layer.update()
+    for thing in list(bpy.context.scene.objects):  # the sun drives the material, and lights nothing itself
+        if thing.type == "LIGHT":
+            bpy.context.scene.collection.objects.unlink(thing)
+            sunlit.sgd_material.sun = thing
+    bpy.ops.mesh.primitive_plane_add(size=8.0, location=(0.0, 0.0, -1.0))
+    stage.plan_camera(2.0)
+    pixels = stage.render(tmp_path / "floor.exr", 24, 24, 16)
+    assert pixels[12, 12, :3].min() > 0.1
+    assert pixels[:4, :, :3].max() == 0.0
+
+
+def test_two_materials_may_follow_two_suns(scene, manifest):
+    from sgd_materials import importing
+
+    suns = [stage.sun((0.0, 0.0, 1.0), 2.0), stage.sun((0.0, 0.0, 1.0), 3.0)]
+    first = importing.import_file(manifest, "nickel", "FIT")[0]
+    second = first.copy()
+    for material, sun in zip((first, second), suns):
+        stage.ball().data.materials.append(material)
+        material.sgd_material.sun = sun
+        material.sgd_material.mode = "SUN"
+    bpy.context.view_layer.update()
+    assert [driven(material, "Irradiance")[0] for material in (first, second)] == [2.0, 3.0]
+
+
+def test_a_v2_material_of_two_lobes_that_colour_every_channel(scene, manifest, tmp_path):
+    """A material of lobes with two Fresnel curves each: lobes and textures show the same."""
+    from sgd_materials import importing, lobes
+
+    document = version_2_document(manifest)
+    material = next(each for each in document["materials"] if each["name"] == "gold-paint")
+    colours = ([0.2, 0.3, 0.1], [0.05, 0.1, 0.3])
+    for lobe, rho_s, f0 in zip(material["lobes"], colours, ([0.9, 0.7, 0.3], [0.1, 0.2, 0.4])):
+        lobe.update(rho_s=rho_s, f0=f0, f1=[0.05, 0.02, 0.01])
+    material["lobes"][2]["rho_s"] = [0.0, 0.0, 0.0]
+    own = shutil.copytree(manifest.parent, tmp_path / "lut") / "manifest.json"
+    own.write_text(json.dumps(document))
+    made = importing.import_file(own, "gold-paint", "LOBES")[0]
+    about = json.loads(made.sgd_material.description)
+    assert [blend.lobes for blend in lobes.blends(about)] == [(0, 0, 0), (1, 1, 1)]
+    assert closures(made) <= 16
+
+
+def version_2_document(path):
+    """A manifest as version 2 writes it, whichever version it is of."""
+    document = json.loads(path.read_text())
+    if document["schema"] != "sgdbake/manifest/2":
+        from sgd_materials import manifest
+
+        document["schema"] = "sgdbake/manifest/2"
+        document["materials"] = [{**manifest.description(each, each["name"]), "gltf": each["gltf"]}
+                                 for each in document["materials"]]
+    return document
