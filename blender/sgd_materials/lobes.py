@@ -10,8 +10,8 @@ weight each; Fresnel is two Schlick terms per component (fresnel.py). Cycles eva
 Beckmann closure as F D G / (4 cos_i cos_o), the material has rho_s/pi in place of 1/4: the
 weight of component j is 4 rho_s/pi w_j.
 
-Where two closures a component are more than fit, the narrowest take one each, with Fresnel
-at the view: over a component of width alpha, cos(theta_d) differs from cos(theta_o) by
+Where two closures a component are more than fit, those that lose the least take one each, with
+Fresnel at the view: over a component of width alpha, cos(theta_d) differs from cos(theta_o) by
 alpha/2 sin(theta_d).
 """
 
@@ -25,8 +25,8 @@ from .manifest import CHANNELS
 
 # With the diffuse one, the 16 that Cycles surely keeps.
 MAX_CLOSURES = 15
-# More leave fewer than five with Fresnel at each microfacet.
-MAX_COMPONENTS = 10
+# Two blends of seven components: one closure each, and one more.
+MAX_COMPONENTS = 14
 # Cycles treats a component as a mirror, dark under a sun, where alpha^2 is at or below 2e-10; in 4.2, 5e-7.
 MIN_ALPHA = 2e-5 if bpy.app.version >= (4, 5) else 7.1e-4
 # Cycles takes wider components for this wide.
@@ -85,14 +85,14 @@ def _blend(lobes, chosen):
 
 
 def specular(description):
-    """The visible components, widest first."""
+    """The visible components; those that lose the most by Fresnel at the view come first."""
     strongest = _by_strength(description)[:MAX_COMPONENTS]
     visible = [each for each in strongest if each.strength / 3.0 >= MIN_WEIGHT]
-    return sorted(visible, key=lambda each: -each.alpha)
+    return sorted(visible, key=lambda each: -each.alpha * each.strength)
 
 
 def whole(count):
-    """How many of so many components take two closures: the widest, the others one each."""
+    """How many of so many components, the first, take two closures; the others take one each."""
     return min(count, MAX_CLOSURES - count)
 
 

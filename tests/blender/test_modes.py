@@ -201,7 +201,8 @@ def test_lobes_that_colour_every_channel(scene, manifest, tmp_path):
         assert made.sgd_material.problem == ""
         pictures[mode] = stage.render(tmp_path / "ball.exr", 32, 32, 1)[..., :3]
     assert pictures["SUN"].mean() > 0.02
-    assert abs(pictures["LOBES"] - pictures["SUN"]).mean() < 0.01 * pictures["SUN"].mean()
+    # 14 components share 15 closures: all but one have Fresnel at the view.
+    assert abs(pictures["LOBES"] - pictures["SUN"]).mean() < 0.015 * pictures["SUN"].mean()
 
 
 def version_2_document(path):
