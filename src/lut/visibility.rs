@@ -4,8 +4,7 @@ use crate::brdf::Lobe;
 use crate::lut::row::Row;
 use crate::lut::term::masking_scale;
 use crate::math::arithmetic::{Arithmetic, max, min};
-use crate::math::chebyshev::{nodes, powers, series};
-use crate::microfacet::Sgd;
+use crate::microfacet::{G1Polynomial, Sgd};
 
 /// Directions that are worked on together.
 pub const BLOCK: usize = 128;
@@ -48,32 +47,18 @@ impl Visibility {
     #[must_use]
     pub fn new(row: &Row, accuracy: f64) -> Self {
         let scale = WIDTH * masking_scale(row);
-        let end = 1.0 / (1.0 + scale);
-        let polynomial = |lobe: &Option<Lobe<Sgd>>| {
-            lobe.as_ref().map_or_else(Vec::new, |lobe| {
-                let at = |t: f64| relative(lobe, scale, 0.5 * (t + 1.0) * end);
-                let values = nodes::<MAX_ORDER>().map(at);
-                let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
-                powers(needed(&series(values), accuracy * smallest))
-            })
+        let polynomial = |lobe: &Lobe<Sgd>| {
+            G1Polynomial::new::<MAX_ORDER>(|cot| lobe.g1(cot), scale, 1.0, accuracy)
         };
-        let polynomials = row.lobes.each_ref().map(polynomial);
-        let coefficients = polynomials.each_ref().map(|polynomial| {
-            std::array::from_fn(|k| polynomial.get(k).copied().unwrap_or(0.0) as f32)
-        });
-        let slope = polynomials.each_ref().map(|polynomial| {
-            let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-            let terms = || polynomial.iter().enumerate();
-            let value: f64 = terms().map(|(k, a)| a * sign(k)).sum();
-            let rise: f64 = terms().map(|(k, a)| -(k as f64) * a * sign(k)).sum();
-            if value > 0.0 { (rise / value * 2.0 / end - 1.0) as f32 } else { 0.0 }
-        });
+        let polynomials = row.lobes.each_ref().map(|lobe| lobe.as_ref().map(polynomial));
+        let of_lobes = || polynomials.iter().flatten();
+        let each = |j: usize| polynomials[j].as_ref();
         Self {
             scale: scale as f32,
-            stretch: (2.0 / end) as f32,
-            coefficients,
-            count: polynomials.iter().map(Vec::len).max().unwrap_or(0),
-            log_slope: slope,
+            stretch: (2.0 * (1.0 + scale)) as f32,
+            coefficients: [0, 1, 2].map(|j| each(j).map_or([0.0; MAX_ORDER], G1Polynomial::single)),
+            count: of_lobes().map(|polynomial| polynomial.coefficients.len()).max().unwrap_or(0),
+            log_slope: [0, 1, 2].map(|j| each(j).map_or(0.0, |p| p.log_slope() as f32)),
         }
     }
 
@@ -126,22 +111,6 @@ impl Visibility {
         }
         products
     }
-}
-
-/// v·(c + s) of a lobe at u = c/(c + s), as far as the zenith.
-fn relative(lobe: &Lobe<Sgd>, s: f64, u: f64) -> f64 {
-    const GRAZING: f64 = 1e-12;
-    let c = (s * u / (1.0 - u).max(f64::MIN_POSITIVE)).clamp(GRAZING * s, 1.0);
-    let sin = ((1.0 - c) * (1.0 + c)).sqrt();
-    lobe.g1(c / sin) * (c + s) / c
-}
-
-/// The leading coefficients of a Chebyshev series, without the last ones that together stay below
-/// `negligible`.
-fn needed(series: &[f64], negligible: f64) -> &[f64] {
-    let tail = |count: &usize| series[*count..].iter().map(|a| a.abs()).sum::<f64>();
-    let count = (0..series.len()).find(|count| tail(count) <= negligible);
-    &series[..count.unwrap_or(series.len())]
 }
 
 #[cfg(test)]

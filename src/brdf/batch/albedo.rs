@@ -3,16 +3,13 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use nalgebra::{SMatrix, SVector};
-
 use crate::brdf::Lobe;
 use crate::brdf::albedo::{FresnelMoments, View, azimuths};
 use crate::brdf::batch::InstructionSet;
 use crate::brdf::batch::dispatch;
 use crate::math::arithmetic::{Arithmetic, exp_m1, exp2, max, min};
-use crate::math::chebyshev::{interpolation, nodes};
 use crate::math::quadrature::gauss_legendre;
-use crate::microfacet::Sgd;
+use crate::microfacet::{G1Polynomial, Sgd, grazing_limit};
 
 /// Rings of half vectors that are lit as a whole.
 const LIT_RINGS: usize = 16;
@@ -43,7 +40,7 @@ pub struct AlbedoBatch {
     /// α² D(0) π/(nodes of a ring).
     scale: f64,
     lobe: Lobe<Sgd>,
-    g1: PolynomialG1,
+    g1: SingleG1,
 }
 
 impl AlbedoBatch {
@@ -58,7 +55,7 @@ impl AlbedoBatch {
             p: sgd.p() as f32,
             scale: alpha * alpha * sgd.peak() * PI / AZIMUTH_NODES as f64,
             lobe: lobe.clone(),
-            g1: PolynomialG1::new(lobe),
+            g1: SingleG1::new(lobe),
         }
     }
 
@@ -235,51 +232,38 @@ impl<const N: usize> Rings<N> {
     }
 }
 
-static INTERPOLATION: LazyLock<SMatrix<f64, ORDER, ORDER>> = LazyLock::new(interpolation);
-
-/// G1 of a lobe as one polynomial: G1 = u·P(u) in u = c/(c + s), c the lesser of cosθ and where
-/// masking ends.
+/// G1 of a lobe in f32: [`G1Polynomial`] up to where masking ends, 1 beyond.
 ///
-/// # Derivation
-///
-/// G1/u is smooth on the scale of the widest lobe that masks. With s five times lim cosθ/G1 at
-/// grazing, a Beckmann lobe's G1 has most of its rise in the middle of u's range; twelve
-/// coefficients leave an absolute 1e-5 for every published channel.
+/// With s five times lim cosθ/G1 at grazing, a Beckmann lobe's G1 has most of its rise in the middle
+/// of u's range; twelve coefficients leave an absolute 1e-5 for every published lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct PolynomialG1 {
+struct SingleG1 {
     /// s.
     scale: f32,
     /// cosθ from which G1 is as good as 1, or 1.
     end: f32,
-    /// What takes u into [0, 2].
+    /// The factor that takes u into [0, 2].
     stretch: f32,
     /// Coefficients over [−1, 1].
     coefficients: [f32; ORDER],
 }
 
-impl PolynomialG1 {
+impl SingleG1 {
     fn new(lobe: &Lobe<Sgd>) -> Self {
-        const GRAZING: f64 = 1e-12;
         const UNMASKED: f64 = 1.0 - 1e-7;
         const STEP: f64 = 0.95;
         let g1 = |cos: f64| lobe.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt());
-        let scale = 5.0 * GRAZING / g1(GRAZING);
+        let scale = 5.0 * grazing_limit(|cot| lobe.g1(cot));
         let mut end = 1.0;
         while end > 0.2 * scale && g1(STEP * end) > UNMASKED {
             end *= STEP;
         }
-        let last = end / (end + scale);
-        let value = |t: f64| {
-            let u = 0.5 * (t + 1.0) * last;
-            let cos = (scale * u / (1.0 - u)).max(GRAZING);
-            g1(cos) * (cos + scale) / cos
-        };
-        let coefficients = *INTERPOLATION * SVector::from(nodes().map(value));
+        let polynomial = G1Polynomial::new::<ORDER>(|cot| lobe.g1(cot), scale, end, 0.0);
         Self {
             scale: scale as f32,
             end: end as f32,
-            stretch: (2.0 / last) as f32,
-            coefficients: std::array::from_fn(|k| coefficients[k] as f32),
+            stretch: polynomial.stretch as f32,
+            coefficients: polynomial.single(),
         }
     }
 

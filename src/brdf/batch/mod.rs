@@ -15,13 +15,13 @@ use glam::Vec3;
 use crate::brdf::albedo::FresnelMoments;
 use crate::brdf::batch::albedo::AlbedoBatch;
 use crate::brdf::batch::kernel::Constants;
-use crate::brdf::batch::masking::{BatchMaskings, FittedG1, TabulatedG1};
+use crate::brdf::batch::masking::{BatchMaskings, FittedG1};
 use crate::brdf::{LobeCurves, MaskingKind, Terms};
 use crate::material::Material;
 use crate::math::arithmetic::{Fused, Separate};
 pub use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::per_instruction_set;
-use crate::microfacet::{Accuracy, FittedMasking, Sgd};
+use crate::microfacet::{Accuracy, FittedMasking, Sgd, SingleG1Table};
 
 /// Pairs of unit directions, one slice per component x, y, z.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +67,7 @@ impl SgdBatch {
             MaskingKind::Exact => BatchMaskings::Exact(
                 lobes
                     .map(|lobe| Sgd::new(lobe.alpha(), lobe.p(), Accuracy::Table))
-                    .map(|sgd| TabulatedG1::new(&sgd))
+                    .map(|sgd| SingleG1Table::new(&sgd))
                     .collect(),
             ),
             MaskingKind::Fitted => BatchMaskings::Fitted(
