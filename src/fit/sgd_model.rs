@@ -86,8 +86,9 @@ impl Reflectance for SgdModelBrdf {
         for lobe in &self.lobes {
             let v = [wi, wo].map(|w| lobe.masking.g1(cot_theta(w)) / cos_theta(w));
             let shape = FRAC_1_PI * lobe.ndf.eval(tan2_theta_h) * (v[0] * v[1]);
-            for c in 0..3 {
-                f[c] += lobe.rho_s[c] * lobe.fresnel[c].eval(cos_theta_d) * shape;
+            let colours = lobe.rho_s.iter().zip(&lobe.fresnel);
+            for (f, (rho_s, fresnel)) in f.iter_mut().zip(colours) {
+                *f += rho_s * fresnel.eval(cos_theta_d) * shape;
             }
         }
         f
