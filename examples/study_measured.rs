@@ -106,7 +106,7 @@ fn main() {
             for (k, d) in distances.iter().enumerate() {
                 match d {
                     Some(d) if k < 8 => {
-                        line += &format!(" {:5.2} {:5.2} {:.4}|", d.suns, d.highlights, d.absolute)
+                        line += &format!(" {:5.2} {:5.2} {:.4}|", d.suns, d.highlights, d.absolute);
                     }
                     Some(d) => line += &format!(" {:5.2}", d.suns),
                     None => line += "    –     –      –|",

@@ -136,9 +136,9 @@ mod tests {
                 let mut moved = rgb;
                 moved[c] += 1e-7;
                 let moved = Lab::of_radiance(moved).value;
-                for k in 0..3 {
+                for (k, slope) in at.slope.iter().enumerate() {
                     let difference = (moved[k] - at.value[k]) / 1e-7;
-                    assert!((difference - at.slope[k][c]).abs() < 1e-3 * (1.0 + difference.abs()));
+                    assert!((difference - slope[c]).abs() < 1e-3 * (1.0 + difference.abs()));
                 }
             }
         }

@@ -17,11 +17,12 @@ pub const MOST: f64 = 1.0 - 1e-4;
 
 /// Angles at which the albedo is held below [`MOST`] \[degrees\].
 const HELD: [f64; 9] = [0.0, 40.0, 60.0, 70.0, 77.0, 82.0, 86.0, 89.0, 89.9];
-/// Angles at which a finished fit is checked \[degrees\].
-const CHECKED: [f64; 22] = [
-    0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 65.0, 70.0, 73.0, 75.0, 77.0, 79.0, 80.0, 82.0, 84.0,
-    85.0, 86.0, 87.0, 88.0, 89.0, 89.9,
-];
+/// Angles at which a finished fit is checked \[degrees\]: every 5° up to 60°, every ½° beyond.
+fn checked() -> Vec<f64> {
+    let steep = (0..12).map(|i| 5.0 * f64::from(i));
+    let grazing = (0..60).map(|i| 60.0 + 0.5 * f64::from(i));
+    steep.chain(grazing).chain([89.9, 89.99]).collect()
+}
 
 /// Keeps the albedo of a layout's solutions below [`MOST`].
 pub struct EnergyLimit<'a> {
@@ -66,9 +67,10 @@ fn albedo(
 
 /// The largest albedo of each channel over all angles.
 fn largest(layout: &Layout, x: &DVector<f64>) -> [f64; 3] {
-    let albedos = albedos(layout, x, &CHECKED);
+    let checked = checked();
+    let albedos = albedos(layout, x, &checked);
     std::array::from_fn(|c| {
-        (0..CHECKED.len()).map(|angle| albedo(layout, x, &albedos, c, angle)).fold(0.0, f64::max)
+        (0..checked.len()).map(|angle| albedo(layout, x, &albedos, c, angle)).fold(0.0, f64::max)
     })
 }
 

@@ -147,21 +147,24 @@ impl MeasuredTarget {
     }
 
     /// Σ ψψᵀ over the pairs, ψ the gradient of a pair's share of the objective: what the errors of
-    /// single pairs do to the solution.
+    /// single pairs do to the solution. And what the objective's second derivatives lack of the
+    /// matrix of [`Self::equations`], as errors beyond the soft ones count by their absolute value.
     pub fn scatter(
         &self,
         unknowns: usize,
         at: impl FnMut(usize, &mut [[f64; 3]]) -> [f64; 3],
-    ) -> DMatrix<f64> {
+    ) -> [DMatrix<f64>; 2] {
         let mut scatter = DMatrix::zeros(unknowns, unknowns);
+        let mut flatness = DMatrix::zeros(unknowns, unknowns);
         self.visit(unknowns, at, |weight, e, slopes| {
-            let pull = weight / softness(e, self.soft);
-            let of =
-                |i: usize| pull * (slopes[0][i] * e[0] + slopes[1][i] * e[1] + slopes[2][i] * e[2]);
+            let of = |i: usize| slopes[0][i] * e[0] + slopes[1][i] * e[1] + slopes[2][i] * e[2];
             let gradient = DVector::from_fn(unknowns, |i, _| of(i));
-            scatter.ger(1.0, &gradient, &gradient, 1.0);
+            let root = softness(e, self.soft);
+            scatter.ger((weight / root).powi(2), &gradient, &gradient, 1.0);
+            let flat = weight / (self.soft * self.soft * root.powi(3));
+            flatness.ger(flat, &gradient, &gradient, 1.0);
         });
-        scatter
+        [scatter, flatness]
     }
 
     /// Hands each pair's weight, its three errors and their derivatives to `each`.

@@ -344,8 +344,8 @@ impl Search<'_> {
         let x = layout.unknowns_of(model);
         let samples = free.samples(&layout, &x);
         let at = |i: usize, rows: &mut [[f64; 3]]| free.value(&layout, &x, &samples, i, rows);
-        let scatter = self.target.scatter(layout.unknowns(), at);
-        let hessian = free.equations(&layout, &x).hessian;
+        let [scatter, flatness] = self.target.scatter(layout.unknowns(), at);
+        let hessian = free.equations(&layout, &x).hessian - flatness;
         let pairs = self.target.pairs.len();
         uncertainty::of(model, &layout, &uncertainty::covariance(hessian, &scatter, pairs))
     }
