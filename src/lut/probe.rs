@@ -125,6 +125,13 @@ pub fn probes(brdf: &SgdBrdf, seed: usize) -> Vec<Probe> {
         .collect()
 }
 
+/// The probes of the viewer of one pair of directions, that pair among them.
+#[must_use]
+pub fn probes_of_pair(brdf: &SgdBrdf, [wi, wo]: [DVec3; 2]) -> Vec<Probe> {
+    let reach = Reach::new(brdf);
+    of_viewer(brdf, wo, std::iter::once(wi).chain(lights(wo, 0, &reach)))
+}
+
 fn viewer_direction(viewer: usize, index: usize, grazing: f64) -> DVec3 {
     let offset = (viewer / 2) as f64 + spread(index, 0);
     let fraction = offset / (VIEWERS / 2) as f64;

@@ -83,8 +83,16 @@ fn least<T>(largest: f64, keeps: &mut impl FnMut(f64) -> Option<T>) -> Option<T>
     Some(result)
 }
 
-/// The tables that a search finds at the probes it has `seen`, with their largest error there and at
-/// probes that the search has not seen; where these refuse the tables, they count in the next search.
+/// The judgement of tables at points that their search has not seen.
+pub struct Judgement<P> {
+    /// The largest error found.
+    pub error: f64,
+    /// Points at which the tables break their tolerance; none where they keep it.
+    pub refuting: Vec<P>,
+}
+
+/// The tables that a search finds at the probes it has `seen`, with the largest error found;
+/// probes that refute the tables count in the next search, which is told its number.
 ///
 /// # Errors
 ///
@@ -92,22 +100,20 @@ fn least<T>(largest: f64, keeps: &mut impl FnMut(f64) -> Option<T>) -> Option<T>
 pub fn verified<T, P>(
     tolerance: Option<f64>,
     mut seen: Vec<P>,
-    unseen: impl Fn(usize) -> Vec<P>,
-    search: impl Fn(&[P]) -> Result<T, BakeError>,
-    measure: impl Fn(&T, &[P]) -> f64,
+    search: impl Fn(&[P], usize) -> Result<T, BakeError>,
+    judge: impl Fn(&T, &[P], usize) -> Judgement<P>,
 ) -> Result<(T, f64), BakeError> {
-    const SEARCHES: usize = 4;
+    const SEARCHES: usize = 8;
     let mut round = 0;
     loop {
-        let unseen = unseen(round);
-        let found = search(&seen)?;
-        let error = measure(&found, &seen).max(measure(&found, &unseen));
+        let found = search(&seen, round)?;
+        let Judgement { error, refuting } = judge(&found, &seen, round);
         round += 1;
         match tolerance {
-            Some(tolerance) if error > tolerance && round == SEARCHES => {
+            Some(tolerance) if !refuting.is_empty() && round == SEARCHES => {
                 return Err(BakeError::NotReached { tolerance, best: error });
             }
-            Some(tolerance) if error > tolerance => seen.extend(unseen),
+            Some(_) if !refuting.is_empty() => seen.extend(refuting),
             _ => return Ok((found, error)),
         }
     }

@@ -152,6 +152,19 @@ pub struct ErrorNote {
     pub tolerance: Option<f64>,
     /// The largest error found off the texel centres.
     pub measured: Option<f64>,
+    /// What the tolerance rests on.
+    pub proof: Option<Proof>,
+}
+
+/// What a promised error rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Proof {
+    /// A bound over every pair of directions: for texels mixed in f32, and by texture units whose
+    /// weights are rounded or cut down to multiples of 1/256.
+    Bounded,
+    /// Pairs of directions that were searched for the largest error, mixed in the same ways.
+    Sampled,
 }
 
 /// A baked lookup texture.
@@ -240,17 +253,23 @@ fn mix(a: [f32; 3], b: [f32; 3], weight: f32) -> [f32; 3] {
 pub enum Filter {
     /// Fetched one by one and mixed in f32, as the decoders beside the textures do.
     Fetched,
-    /// By a texture unit, whose weights are multiples of 1/256.
+    /// By a texture unit whose weights are rounded to multiples of 1/256.
     Hardware,
+    /// By a texture unit whose weights are cut down to multiples of 1/256.
+    Truncating,
 }
 
 impl Filter {
+    /// Every way.
+    pub const ALL: [Self; 3] = [Self::Fetched, Self::Hardware, Self::Truncating];
+
     /// The texel to the left of coordinate `u` among `width`, and the weight of the right one.
     fn position(self, u: f32, width: usize) -> (usize, f32) {
         let position = u.clamp(0.0, 1.0) * (width - 1) as f32;
         let position = match self {
             Self::Fetched => position,
             Self::Hardware => (position * 256.0).round() / 256.0,
+            Self::Truncating => (position * 256.0).floor() / 256.0,
         };
         let left = (position as usize).min(width - 2);
         (left, position - left as f32)
