@@ -9,12 +9,12 @@ use crate::lut::albedo::{self, Albedo};
 use crate::lut::bend::Bends;
 use crate::lut::covering::{Covering, Extremes, Places, Verdict, warps};
 use crate::lut::error::{BakeError, LeftOut};
-use crate::lut::factors::{Factors, Subject, cell_errors, measure};
+use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure};
 use crate::lut::probe::{Probe, probes, probes_of_pair};
 use crate::lut::quantity::Quantity;
 use crate::lut::request::{Extent, MAX_ROWS, Request, VOLUME_WIDTHS};
 use crate::lut::row::{Placed, Row, Rows, sharing_key};
-use crate::lut::search::{Judgement, smallest, verified};
+use crate::lut::search::{Judgement, Verified, smallest, verified};
 use crate::lut::table::{ErrorNote, Filter, Proof, Table};
 use crate::lut::term::Term;
 use crate::lut::volume::{self, Volume};
@@ -153,13 +153,19 @@ fn fill_albedo(rows: &Rows, request: &Request) -> Result<Table, BakeError> {
         }
     };
     let error = checks.measure(&table);
-    Ok(noted(table, request, error, Proof::Sampled))
+    Ok(noted(table, request, [error, 0.0], Proof::Sampled))
 }
 
-/// A table with its error.
-fn noted(table: Table, request: &Request, measured: f64, proof: Proof) -> Table {
+/// A table with its errors: by the texture units that the promise covers, and by those that cut
+/// weights down; 0 where that was not measured.
+fn noted(table: Table, request: &Request, [measured, truncated]: [f64; 2], proof: Proof) -> Table {
     let proof = request.tolerance().map(|_| proof);
-    let error = ErrorNote { tolerance: request.tolerance(), measured: Some(measured), proof };
+    let error = ErrorNote {
+        tolerance: request.tolerance(),
+        measured: Some(measured),
+        measured_truncated: (truncated > 0.0).then_some(truncated),
+        proof,
+    };
     Table { error, ..table }
 }
 
@@ -187,13 +193,20 @@ fn fill_volume(
         }
     };
     let judge = |table: &Table, seen: &[Probe], round: usize| {
-        let unseen = unseen(round);
-        let error = volume::measure(table, seen).max(volume::measure(table, &unseen));
+        let mut unseen = unseen(round);
+        let climbs = users().map(|s| {
+            let probes = || unseen.iter().chain(seen);
+            volume::attacked(table, &s.brdf, probes())
+        });
+        let found: Vec<Probe> = climbs.flatten().collect();
+        let error = [seen, &unseen, &found].map(|probes| volume::measure(table, probes));
+        let error = error.into_iter().fold(0.0, f64::max);
         let refuted = request.tolerance().is_some_and(|tolerance| error > tolerance);
+        unseen.extend(found);
         Judgement { error, refuting: if refuted { unseen } else { Vec::new() } }
     };
-    let (table, error) = verified(request.tolerance(), seen, search, judge)?;
-    Ok(noted(table, request, error, Proof::Sampled))
+    let verified = verified(request.tolerance(), seen, search, judge)?;
+    Ok(noted(verified.tables, request, [verified.error, 0.0], Proof::Sampled))
 }
 
 /// The tables of the factors of f, of the size asked for or of the smallest that keeps the
@@ -225,8 +238,10 @@ fn fill_factors(
     let judge = |tables: &Vec<Table>, seen: &[Subject], round: usize| {
         promise.judge(tables, seen, round, request.tolerance())
     };
-    let (tables, error) = verified(request.tolerance(), promise.seen(), search, judge)?;
-    let proof = promise.kind();
+    let Verified { tables, error, unrefuted } =
+        verified(request.tolerance(), promise.seen(), search, judge)?;
+    let proof = if unrefuted { promise.kind() } else { Proof::Sampled };
+    let error = [error, promise.truncated(&tables)];
     Ok(tables.into_iter().map(|table| noted(table, request, error, proof)).collect())
 }
 
@@ -262,20 +277,35 @@ impl Promise<'_> {
         round: usize,
         tolerance: Option<f64>,
     ) -> Judgement<Subject> {
-        let unseen = |(s, placed): (&Sampled<'_>, &Placed)| {
-            Subject::new(self.rows, placed, probes(&s.brdf, 1 + round))
-        };
-        let unseen: Vec<Subject> =
-            self.sampled.par_iter().zip(self.placed).filter_map(unseen).collect();
-        let error = measure(seen, tables, &Filter::ALL).max(measure(&unseen, tables, &Filter::ALL));
+        let (found, attacked) = attacked(&self.unseen(1 + round), tables, &Filter::COVERED);
+        let error = measure(seen, tables, &Filter::COVERED).max(found);
         let refuting = tolerance.map_or_else(Vec::new, |tolerance| {
-            let mut refuting = self.refuting(tables, tolerance);
+            let mut refuting = match self.kind() {
+                Proof::Bounded => self.refuting(tables, tolerance),
+                Proof::Sampled => Vec::new(),
+            };
             if error > tolerance {
-                refuting.extend(unseen);
+                refuting.extend(attacked);
             }
             refuting
         });
         Judgement { error, refuting }
+    }
+
+    /// The materials with the probes of a seed.
+    fn unseen(&self, seed: usize) -> Vec<(&SgdBrdf, Subject)> {
+        let of_material = |(s, placed): (&'_ Sampled<'_>, &Placed)| {
+            Subject::new(self.rows, placed, probes(&s.brdf, seed))
+        };
+        let subjects = self.sampled.par_iter().zip(self.placed).map(of_material);
+        let subjects: Vec<Option<Subject>> = subjects.collect();
+        let brdfs = self.sampled.iter().map(|s| &s.brdf);
+        brdfs.zip(subjects).filter_map(|(brdf, subject)| Some((brdf, subject?))).collect()
+    }
+
+    /// The largest error found of texture units that cut weights down.
+    fn truncated(&self, tables: &[Table]) -> f64 {
+        attacked(&self.unseen(0), tables, &[Filter::Truncating]).0
     }
 
     /// The materials whose bound breaks the tolerance, with probes around where it does.

@@ -13,9 +13,6 @@ use crate::lut::term::Term;
 /// both sides.
 pub const ROUNDED_WEIGHTS: Interval = [-1.0 / 512.0, 1.0 / 512.0];
 
-/// The same of units that cut the weight down to a multiple of 1/256 as well.
-pub const TRUNCATED_WEIGHTS: Interval = [-1.0 / 256.0, 1.0 / 512.0];
-
 /// Relative rounding of a coordinate and of its product with the width in f32, twice over.
 const COORDINATE_ROUNDING: f64 = 4.0 / 16_777_216.0;
 /// Relative rounding of a texel mixed in f32, and of its exponential.

@@ -6,10 +6,15 @@
 //! |f|cosθi), with the texels rounded to their depth and mixed either in f32 or with a texture
 //! unit's 8-bit weights.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
+use crate::brdf::SgdBrdf;
+use crate::lut::attack::attack;
+use crate::lut::axis::Warp;
 use crate::lut::bend::{Bends, Interval, times};
-use crate::lut::cell_error::{CellErrors, TRUNCATED_WEIGHTS};
+use crate::lut::cell_error::{CellErrors, ROUNDED_WEIGHTS};
 use crate::lut::probe::Probe;
 use crate::lut::request::WIDTHS;
 use crate::lut::row::{Placed, Rows};
@@ -21,7 +26,7 @@ use crate::material::MAX_LOBES;
 /// Texels per axis at which a quantity's own error is measured to scale it.
 const REFERENCE_WIDTH: usize = 65;
 /// How far a texture unit's weights may be off.
-const WEIGHTS: Interval = TRUNCATED_WEIGHTS;
+const WEIGHTS: Interval = ROUNDED_WEIGHTS;
 /// Beyond so many times the expected width it is rounding, not width, that limits the error.
 const MAX_GROWTH: f64 = 16.0;
 
@@ -37,8 +42,28 @@ pub struct Subject {
     probes: Vec<Probe>,
     /// The lobes that are stored.
     visible: [bool; MAX_LOBES],
+    /// How a probe's angles become coordinates.
+    places: Warps,
     /// Coordinates of each probe.
     coordinates: Vec<Coordinates>,
+}
+
+/// The warps of the textures in one row.
+#[derive(Clone)]
+struct Warps {
+    row: usize,
+    warps: Arc<[Warp; 3]>,
+}
+
+impl Warps {
+    fn coordinates(&self, Probe { angles, .. }: &Probe) -> Coordinates {
+        let [ndf, masking, fresnel] = &*self.warps;
+        Coordinates {
+            half: ndf.coordinate(self.row, angles.tan2_h) as f32,
+            masking: angles.cot.map(|cot| masking.coordinate(self.row, cot) as f32),
+            difference: fresnel.coordinate(0, angles.cos_d) as f32,
+        }
+    }
 }
 
 /// The coordinates of a probe in `ndf`, `masking` (light and viewer) and `fresnel`.
@@ -53,23 +78,23 @@ impl Subject {
     #[must_use]
     pub fn new(rows: &Rows, placed: &Placed, probes: Vec<Probe>) -> Option<Self> {
         let row = placed.row?;
-        let [ndf, masking, fresnel] = Term::ALL.map(|term| term.warp(rows));
-        let coordinates = probes
-            .iter()
-            .map(|Probe { angles, .. }| Coordinates {
-                half: ndf.coordinate(row, angles.tan2_h) as f32,
-                masking: angles.cot.map(|cot| masking.coordinate(row, cot) as f32),
-                difference: fresnel.coordinate(0, angles.cos_d) as f32,
-            })
-            .collect();
+        let places = Warps { row, warps: Arc::new(Term::ALL.map(|term| term.warp(rows))) };
+        let coordinates = probes.iter().map(|probe| places.coordinates(probe)).collect();
         Some(Self {
             row,
+            places,
             fresnel_rows: rows.lobes[row].fresnel_rows,
             ndf_peaks: placed.ndf_peaks(),
             probes,
             visible: rows.lobes[row].lobes.each_ref().map(Option::is_some),
             coordinates,
         })
+    }
+
+    /// The same material at other probes.
+    fn with_probes(&self, probes: Vec<Probe>) -> Self {
+        let coordinates = probes.iter().map(|probe| self.places.coordinates(probe)).collect();
+        Self { probes, coordinates, places: self.places.clone(), ..*self }
     }
 
     /// The largest error of f decoded from `tables`; a factor without a table is exact.
@@ -164,6 +189,30 @@ fn by_term(errors: &[(Term, CellErrors)]) -> [Option<&CellErrors>; 3] {
     Term::ALL.map(|term| errors.iter().find(|(of, _)| *of == term).map(|(_, errors)| errors))
 }
 
+/// The largest error of f that climbs from each subject's worst probe find, and the subject of that
+/// probe alone.
+#[must_use]
+pub fn attacked(
+    subjects: &[(&SgdBrdf, Subject)],
+    tables: &[Table],
+    filters: &[Filter],
+) -> (f64, Vec<Subject>) {
+    let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
+    let of_subject = |(brdf, subject): &(&SgdBrdf, Subject)| {
+        let error = |at: &Subject| {
+            filters.iter().map(|filter| at.error(&tables, *filter)).fold(0.0, f64::max)
+        };
+        let one = |probe: &Probe| subject.with_probes(vec![probe.clone()]);
+        let errors: Vec<f64> = subject.probes.iter().map(|probe| error(&one(probe))).collect();
+        let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]))?;
+        let (found, probe) = attack(brdf, &subject.probes[worst], |probe| error(&one(probe)));
+        Some((found, one(&probe)))
+    };
+    let found: Vec<(f64, Subject)> = subjects.par_iter().filter_map(of_subject).collect();
+    let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
+    (largest, found.into_iter().map(|(_, subject)| subject).collect())
+}
+
 /// The largest error of f measured over all subjects.
 #[must_use]
 pub fn measure(subjects: &[Subject], tables: &[Table], filters: &[Filter]) -> f64 {
@@ -251,7 +300,7 @@ impl Sizable for Factors<'_> {
     }
 
     fn measure(&self, tables: &Vec<Table>, subjects: &[Subject]) -> f64 {
-        measure(subjects, tables, &Filter::ALL)
+        measure(subjects, tables, &Filter::COVERED)
     }
 
     fn bound(&self, tables: &Vec<Table>, subjects: &[Subject]) -> f64 {

@@ -2,6 +2,7 @@
 //! needs.
 
 pub mod albedo;
+pub mod attack;
 pub mod axis;
 pub mod bake;
 pub mod bend;

@@ -91,8 +91,19 @@ pub struct Judgement<P> {
     pub refuting: Vec<P>,
 }
 
-/// The tables that a search finds at the probes it has `seen`, with the largest error found;
-/// probes that refute the tables count in the next search, which is told its number.
+/// The tables that a search finds.
+pub struct Verified<T> {
+    /// The tables.
+    pub tables: T,
+    /// The largest error found.
+    pub error: f64,
+    /// Whether no point refutes them. After the last search tables are taken whose largest error
+    /// found is within the tolerance.
+    pub unrefuted: bool,
+}
+
+/// The tables that a search finds at the probes it has `seen`; probes that refute the tables count
+/// in the next search, which is told its number.
 ///
 /// # Errors
 ///
@@ -102,19 +113,28 @@ pub fn verified<T, P>(
     mut seen: Vec<P>,
     search: impl Fn(&[P], usize) -> Result<T, BakeError>,
     judge: impl Fn(&T, &[P], usize) -> Judgement<P>,
-) -> Result<(T, f64), BakeError> {
-    const SEARCHES: usize = 8;
-    let mut round = 0;
+) -> Result<Verified<T>, BakeError> {
+    const SEARCHES: usize = 4;
+    let (mut round, mut kept) = (0, None);
     loop {
-        let found = search(&seen, round)?;
-        let Judgement { error, refuting } = judge(&found, &seen, round);
+        let tables = match search(&seen, round) {
+            Ok(tables) => tables,
+            // Points that refute a bound may be beyond any size, where a search finds no fault.
+            Err(error) => return kept.ok_or(error),
+        };
+        let Judgement { error, refuting } = judge(&tables, &seen, round);
         round += 1;
         match tolerance {
-            Some(tolerance) if !refuting.is_empty() && round == SEARCHES => {
+            Some(tolerance) if !refuting.is_empty() && round < SEARCHES => {
+                if error <= tolerance {
+                    kept = Some(Verified { tables, error, unrefuted: false });
+                }
+                seen.extend(refuting);
+            }
+            Some(tolerance) if error > tolerance => {
                 return Err(BakeError::NotReached { tolerance, best: error });
             }
-            Some(_) if !refuting.is_empty() => seen.extend(refuting),
-            _ => return Ok((found, error)),
+            _ => return Ok(Verified { tables, error, unrefuted: refuting.is_empty() }),
         }
     }
 }

@@ -150,8 +150,12 @@ impl Texels {
 pub struct ErrorNote {
     /// The error that was promised; none for a size that was asked for.
     pub tolerance: Option<f64>,
-    /// The largest error found off the texel centres.
+    /// The largest error found by a search.
     pub measured: Option<f64>,
+    /// The largest error found of texture units that cut weights down to multiples of 1/256, which
+    /// the promise does not cover.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured_truncated: Option<f64>,
     /// What the tolerance rests on.
     pub proof: Option<Proof>,
 }
@@ -160,10 +164,10 @@ pub struct ErrorNote {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Proof {
-    /// A bound over every pair of directions: for texels mixed in f32, and by texture units whose
-    /// weights are rounded or cut down to multiples of 1/256.
+    /// A bound over every pair of directions, for texels mixed in f32 and by texture units that
+    /// round weights to multiples of 1/256.
     Bounded,
-    /// Pairs of directions that were searched for the largest error, mixed in the same ways.
+    /// A search for the largest error over pairs of directions, with texels mixed in both ways.
     Sampled,
 }
 
@@ -260,8 +264,8 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// Every way.
-    pub const ALL: [Self; 3] = [Self::Fetched, Self::Hardware, Self::Truncating];
+    /// The ways that a promised error covers.
+    pub const COVERED: [Self; 2] = [Self::Fetched, Self::Hardware];
 
     /// The texel to the left of coordinate `u` among `width`, and the weight of the right one.
     fn position(self, u: f32, width: usize) -> (usize, f32) {
