@@ -13,7 +13,9 @@ use sgdbake::lut::probe::{Probe, probes};
 use sgdbake::lut::{
     BakeError, Baked, Depth, Depths, Extent, Proof, Quantity, Request, Table, bake,
 };
-use sgdbake::material::{LobeFields, LobeParams, Material};
+use rayon::prelude::*;
+use sgdbake::material::{LobeFields, LobeParams, Material, catalog};
+use sgdbake::microfacet::Accuracy;
 
 const FACTORS: [Quantity; 3] = [Quantity::Ndf, Quantity::Masking, Quantity::Fresnel];
 
@@ -86,6 +88,11 @@ fn searched(exact: &SgdBrdf, decoder: &dyn Reflectance, climbs: usize) -> f64 {
     starts.iter().take(climbs).map(climb).fold(0.0, f64::max)
 }
 
+/// The exact reflectance, to 1e-8.
+fn exactly(material: &Material) -> SgdBrdf {
+    SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Table).tabulated()
+}
+
 fn request(quantities: &[Quantity], tolerance: f64, depths: Depths) -> Request {
     Request {
         quantities: quantities.to_vec(),
@@ -110,7 +117,7 @@ fn share(
         }
         Err(other) => panic!("{other}"),
     };
-    let exact = SgdBrdf::new(material, MaskingKind::Exact);
+    let exact = exactly(material);
     let found = searched(&exact, &*decoder(&baked), 6);
     let proof = baked.tables.first().and_then(|table| table.error.proof);
     println!("{found:.2e} of {tolerance:.2e} {proof:?}");
@@ -148,6 +155,25 @@ fn run(name: &str, cases: u32, attack: impl Fn(&Material, f64) -> Option<f64>) {
     // A sharp lobe whose Fresnel curve crosses 0 at the mirror direction needs more texels than
     // there are: it is refused, not broken.
     assert!(refused <= kept, "{name}: {refused} of {kept} could not be baked");
+}
+
+/// Every published material in one bake, at tolerances that half floats and that only floats hold.
+#[test]
+fn the_catalogue_keeps_its_tolerances() {
+    let materials: Vec<&Material> = catalog().iter().map(|entry| &entry.material).collect();
+    for tolerance in [1e-2, 1e-3, 3e-4] {
+        let baked = bake(&materials, &request(&FACTORS, tolerance, Depths::Smallest));
+        let baked = baked.expect("within reach");
+        let shares = (0..materials.len()).into_par_iter().map(|index| {
+            let lut = LutBrdf::new(&baked, index, Lookup::Filtered).expect("all are baked");
+            searched(&exactly(materials[index]), &lut, 3) / tolerance
+        });
+        let largest = shares.reduce(|| 0.0, f64::max);
+        let note = baked.tables[0].error;
+        println!("catalogue at {tolerance:e}: {largest:.3} of the tolerance, {note:?}");
+        assert!(largest <= 1.0 && note.measured.is_some_and(|error| error <= tolerance));
+        assert_eq!(note.proof, Some(Proof::Bounded));
+    }
 }
 
 #[test]

@@ -36,13 +36,13 @@ const JUDGED_SAMPLES: usize = 400;
 
 /// Relative decrease of the sum of squares at which the search ends.
 const TOLERANCE: f64 = 1e-5;
+/// Starts of a fit to a picture that are followed.
+const DESCENTS: usize = 3;
 /// The same of the fit to the distributions, whose valleys are long.
 const FINE_TOLERANCE: f64 = 1e-7;
-const FINE_STEPS: usize = 200;
-/// Steps of a fit that a component is still to be added to.
-const GROWING_STEPS: usize = 25;
+const FINE_STEPS: usize = 80;
 /// Angles of the fit to the distributions.
-const FINE_SAMPLES: usize = 64;
+const FINE_SAMPLES: usize = 48;
 
 /// The weight of the condition Σ_j w_j = 1 next to one sample's relative error.
 const SUM_WEIGHT: f64 = 1e2;
@@ -117,11 +117,9 @@ fn closest(material: &Material, count: usize, objective: Objective) -> SharedMix
     let mut best: Option<(f64, SharedMixture, DVector<f64>)> = None;
     for n in 1..=count {
         let problem = Problem::with_samples(material, n, distribution_goals, FINE_SAMPLES);
-        let steps = if n == count { FINE_STEPS } else { GROWING_STEPS };
         let grown = best.as_ref().map(|(_, _, x)| problem.grown(x));
-        let starts = problem.best().into_iter().map(|even| even.x).chain(grown);
-        let mut ends: Vec<DVector<f64>> =
-            starts.map(|start| problem.descend(steps, &start).x).collect();
+        let starts = problem.best(1).into_iter().map(|even| even.x).chain(grown);
+        let mut ends: Vec<DVector<f64>> = starts.map(|start| problem.descend(&start).x).collect();
         if n == count && objective == Objective::Minimax {
             let levelled = ends.iter().map(|x| problem.clone().level(x.clone()));
             ends = levelled.collect();
@@ -235,9 +233,9 @@ impl Problem {
         })
     }
 
-    /// From the starts whose weights alone do best, the best end.
+    /// The mixture of the best of several descents.
     fn solve(&self) -> SharedMixture {
-        let best = self.best();
+        let best = self.best(DESCENTS);
         best.map_or_else(SharedMixture::default, |best| self.mixture(&best.x))
     }
 
@@ -271,8 +269,8 @@ impl Problem {
     }
 
     /// The minimum that a fine descent from `start` reaches.
-    fn descend(&self, steps: usize, start: &DVector<f64>) -> Minimum {
-        minimise_in(steps, |x| self.equations(x), start, &self.bounds(), FINE_TOLERANCE)
+    fn descend(&self, start: &DVector<f64>) -> Minimum {
+        minimise_in(FINE_STEPS, |x| self.equations(x), start, &self.bounds(), FINE_TOLERANCE)
     }
 
     /// The solution whose largest error is least, by Lawson's algorithm: each angle counts in
@@ -298,7 +296,7 @@ impl Problem {
                     .map(|((goal, scale), share)| (goal * share.sqrt(), scale * share.sqrt()))
                     .collect();
             }
-            x = self.descend(STEPS, &x).x;
+            x = minimise_in(STEPS, |x| self.equations(x), &x, &self.bounds(), TOLERANCE).x;
             let largest = self.largest_error(&plain, &x);
             if largest < best.0 {
                 best = (largest, x.clone());
@@ -321,16 +319,16 @@ impl Problem {
         errors.fold(0.0, f64::max)
     }
 
-    /// From the starts whose weights alone do best, the best end; none of a material without lobes.
-    fn best(&self) -> Option<Minimum> {
+    /// From the starts whose weights alone do best, so many, the best end; none of a material
+    /// without lobes.
+    fn best(&self, descents: usize) -> Option<Minimum> {
         if self.goals.is_empty() {
             return None;
         }
         const FROM: [f64; 9] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
-        const DESCENTS: usize = 3;
         let mut weighed = FROM.map(|from| self.weigh(self.even_widths(from)));
         weighed.sort_by(|a, b| a.squares.total_cmp(&b.squares));
-        let ends = weighed[..DESCENTS]
+        let ends = weighed[..descents]
             .iter()
             .map(|start| minimise(|x| self.equations(x), &start.x, &self.bounds(), TOLERANCE));
         ends.min_by(|a, b| a.squares.total_cmp(&b.squares))

@@ -280,11 +280,11 @@ fn lobe_scale(lobe: &Lobe<Sgd>) -> f64 {
     largest_product(lobe) * if fresnel > 0.0 { fresnel } else { 1.0 }
 }
 
-/// 4 D(0) v²/65504 with v the largest G1/cosθ, its limit at grazing; 3 times the largest D where
-/// that is more.
+/// 4 D(0) v²/65504 with v the largest G1/cosθ, its limit at grazing or, of very rough lobes, its 1
+/// at the normal; 3 times the largest D where that is more.
 fn largest_product(lobe: &Lobe<Sgd>) -> f64 {
     const GRAZING: f64 = 1e-12;
-    let visibility = lobe.g1(GRAZING) / GRAZING;
+    let visibility = f64::max(lobe.g1(GRAZING) / GRAZING, 1.0);
     let room = f64::max(4.0, 3.0 * largest_density(lobe.distribution.alpha()));
     room * lobe.distribution.peak() * visibility * visibility / 65504.0
 }
