@@ -4,7 +4,8 @@
 
 use divan::{Bencher, black_box};
 use rayon::prelude::*;
-use sgdbake::fit::{Metric, Target, gltf, mixture, one_lobe};
+use sgdbake::fit::mixture::{self, Objective};
+use sgdbake::fit::{Metric, Target, gltf, one_lobe};
 use sgdbake::material::catalog;
 use sgdbake::microfacet::Family;
 
@@ -39,7 +40,7 @@ fn mixture_fit(bencher: Bencher<'_, '_>, count: usize) {
     let targets = targets();
     bencher.bench(|| {
         for target in &targets {
-            black_box(mixture::fit_target(target, count));
+            black_box(mixture::fit_target(target, count, Objective::default()));
         }
     });
 }
@@ -70,7 +71,7 @@ fn all_models_in_parallel() {
         for family in [Family::Beckmann, Family::Ggx] {
             black_box(one_lobe::fit_target(&target, family, Metric::default()));
         }
-        black_box(mixture::fit_target(&target, 8));
+        black_box(mixture::fit_target(&target, 8, Objective::default()));
         black_box(gltf::fit_target(&target, Metric::default()));
     });
 }

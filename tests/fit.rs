@@ -7,6 +7,7 @@ use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, OMatrix, U4, Vector4};
 
 use sgdbake::brdf::{GltfBrdf, Reflectance as _};
+use sgdbake::fit::mixture::Objective;
 use sgdbake::fit::{Metric, Target, gltf, mixture, one_lobe};
 use sgdbake::material::{ChannelParams, Material, catalog};
 use sgdbake::microfacet::{Distribution as _, Family};
@@ -100,9 +101,12 @@ fn best_of_grid(target: &Target, channel: usize, family: Family) -> (f64, f64) {
 #[test]
 fn no_independent_optimiser_finds_a_better_lobe() {
     for entry in catalog().iter().skip(3).step_by(8) {
-        let target = Target::new(&entry.material);
+        let given = Target::new(&entry.material);
+        // The nodes on which a fit is finished.
+        let target = given.polish();
         for family in [Family::Beckmann, Family::Ggx] {
-            let fit = one_lobe::fit_target(&target, family, Metric::CubeRoot);
+            let fit = one_lobe::fit_target(&given, family, Metric::CubeRoot);
+            let residuals = target.own_residuals(&fit.per_channel.brdf());
             let channel = 1;
             let exact: f64 = target
                 .pairs
@@ -114,8 +118,8 @@ fn no_independent_optimiser_finds_a_better_lobe() {
                     [0, 1].map(|side| p.weights[side] * lightness(side).powi(2))
                 })
                 .sum();
-            let ours = fit.per_channel_residuals.cube_root[channel].powi(2) * exact;
-            let (theirs, alpha) = best_of_grid(&target, channel, family);
+            let ours = residuals.cube_root[channel].powi(2) * exact;
+            let (theirs, alpha) = best_of_grid(target, channel, family);
             assert!(
                 ours <= theirs * (1.0 + 1e-6) + 1e-14,
                 "{} {family:?}: {ours:e} at {}, the grid has {theirs:e} at {alpha}",
@@ -127,11 +131,11 @@ fn no_independent_optimiser_finds_a_better_lobe() {
 }
 
 #[test]
-fn eight_components_are_within_one_percent_on_every_material() {
+fn eight_components_are_within_a_third_of_a_percent_on_every_material() {
     for entry in catalog() {
         let fit = mixture::fit(&entry.material, 8);
         for (c, error) in fit.ndf_error.into_iter().enumerate() {
-            assert!(error <= 0.01, "{} lobe {c}: {error}", entry.material.name);
+            assert!(error <= 0.0033, "{} lobe {c}: {error}", entry.material.name);
             let sum: f64 = fit.mixture.weights.iter().map(|w| w[c]).sum();
             assert!((sum - 1.0).abs() < 1e-12, "{}: energy {sum}", entry.material.name);
         }
@@ -140,18 +144,36 @@ fn eight_components_are_within_one_percent_on_every_material() {
     }
 }
 
-/// Twice the components are no worse, down to what half floats resolve.
+/// A component more never makes the largest error larger.
 #[test]
 fn more_components_are_no_worse() {
-    const RESOLVED: f64 = 1.0 / 1024.0;
-    for entry in catalog().iter().step_by(11) {
+    for entry in catalog().iter().step_by(5) {
         let error = |count| {
             let fit = mixture::fit(&entry.material, count);
-            fit.ndf_error.into_iter().fold(RESOLVED, f64::max)
+            fit.ndf_error.into_iter().fold(0.0, f64::max)
         };
-        let (one, two, four) = (error(1), error(2), error(4));
-        assert!(two <= one && four <= two, "{}: {one} {two} {four}", entry.material.name);
+        let errors: Vec<f64> = (1..=9).map(error).collect();
+        let falls = errors.windows(2).all(|pair| pair[1] <= pair[0] * (1.0 + 1e-9));
+        assert!(falls, "{}: {errors:?}", entry.material.name);
     }
+}
+
+/// The minimax fit's largest error is at most the least squares fit's, over a few materials less.
+#[test]
+fn the_minimax_fit_has_the_smaller_largest_error() {
+    let mut ratios = Vec::new();
+    for entry in catalog().iter().step_by(9) {
+        let target = Target::new(&entry.material);
+        let largest = |objective| {
+            let fit = mixture::fit_target(&target, 6, objective);
+            fit.ndf_error.into_iter().fold(0.0, f64::max)
+        };
+        let [squares, minimax] = [Objective::LeastSquares, Objective::Minimax].map(largest);
+        assert!(minimax <= 1.02 * squares, "{}: {minimax} {squares}", entry.material.name);
+        ratios.push(squares / minimax);
+    }
+    ratios.sort_by(f64::total_cmp);
+    assert!(ratios[ratios.len() / 2] > 1.05, "{ratios:?}");
 }
 
 /// Judged at 32 times the pairs, a fit is within a twentieth of the best there.

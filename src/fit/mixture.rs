@@ -1,7 +1,7 @@
 //! The best mixture of a few Beckmann distributions, their widths shared by the lobes of a material.
 
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::brdf::Brdf;
 use crate::fit::picture;
@@ -9,7 +9,7 @@ use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Residuals, Target};
 use crate::material::{LobeParams, Material};
 use crate::math::least_squares::{
-    Bounds, Minimum, NormalEquations, box_quadratic, damped, minimise,
+    Bounds, Minimum, NormalEquations, box_quadratic, damped, minimise, minimise_in,
 };
 use crate::microfacet::{Beckmann, Distribution as _, SgdNdf, SharedMixture};
 
@@ -36,6 +36,13 @@ const JUDGED_SAMPLES: usize = 400;
 
 /// Relative decrease of the sum of squares at which the search ends.
 const TOLERANCE: f64 = 1e-5;
+/// Starts of a fit to a picture that are followed.
+const DESCENTS: usize = 3;
+/// The same of the fit to the distributions, whose valleys are long.
+const FINE_TOLERANCE: f64 = 1e-7;
+const FINE_STEPS: usize = 80;
+/// Angles of the fit to the distributions.
+const FINE_SAMPLES: usize = 48;
 
 /// The weight of the condition Σ_j w_j = 1 next to one sample's relative error.
 const SUM_WEIGHT: f64 = 1e2;
@@ -70,15 +77,26 @@ pub fn best_picture(material: &Material, count: usize) -> SharedMixture {
 /// the picture's: no lobe is given up for being dark, no angle for being small.
 #[must_use]
 pub fn fit(material: &Material, count: usize) -> MixtureFit {
-    fit_target(&Target::new(material), count)
+    fit_target(&Target::new(material), count, Objective::default())
 }
 
-/// [`fit`] for a target's material.
+/// What a mixture's errors are judged by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Objective {
+    /// The sum of their squares.
+    #[default]
+    LeastSquares,
+    /// The largest of them.
+    Minimax,
+}
+
+/// [`fit`] for a target's material, by an objective.
 #[must_use]
-pub fn fit_target(target: &Target, count: usize) -> MixtureFit {
+pub fn fit_target(target: &Target, count: usize, objective: Objective) -> MixtureFit {
     let material = &target.material;
     let count = count.clamp(1, MAX_COMPONENTS);
-    let mixture = Problem::new(material, count, distribution_goals).solve();
+    let mixture = closest(material, count, objective);
     let lobes = material.lobes().iter().enumerate();
     MixtureFit {
         ndf_error: lobes.map(|(j, lobe)| ndf_error(&mixture, j, lobe)).collect(),
@@ -86,6 +104,40 @@ pub fn fit_target(target: &Target, count: usize) -> MixtureFit {
         reasons: reason::of_material(material),
         mixture,
     }
+}
+
+/// The mixture whose distributions are closest: for one component after another, from the best so
+/// far with a component more and from widths spaced evenly, so that the largest error never rises
+/// with the count.
+fn closest(material: &Material, count: usize, objective: Objective) -> SharedMixture {
+    let largest_error = |mixture: &SharedMixture| {
+        let lobes = material.lobes().iter().enumerate();
+        lobes.map(|(j, lobe)| ndf_error(mixture, j, lobe)).fold(0.0, f64::max)
+    };
+    let mut best: Option<(f64, SharedMixture, DVector<f64>)> = None;
+    for n in 1..=count {
+        let problem = Problem::with_samples(material, n, distribution_goals, FINE_SAMPLES);
+        let grown = best.as_ref().map(|(_, _, x)| problem.grown(x));
+        let starts = problem.best(1).into_iter().map(|even| even.x).chain(grown);
+        let mut ends: Vec<DVector<f64>> = starts.map(|start| problem.descend(&start).x).collect();
+        if n == count && objective == Objective::Minimax {
+            let levelled = ends.iter().map(|x| problem.clone().level(x.clone()));
+            ends = levelled.collect();
+        }
+        let judged = ends.into_iter().map(|x| {
+            let mixture = problem.mixture(&x);
+            (largest_error(&mixture), mixture, x)
+        });
+        let found = judged.min_by(|a, b| a.0.total_cmp(&b.0));
+        best = match (best, found) {
+            (Some(before), Some(found)) if before.0 < found.0 => {
+                let (error, mixture, x) = before;
+                Some((error, mixture, problem.split(&x)))
+            }
+            (_, found) => found,
+        };
+    }
+    best.map_or_else(SharedMixture::default, |(_, mixture, _)| mixture)
 }
 
 /// (D, 1) at each angle over D(0) + D, per lobe.
@@ -130,6 +182,7 @@ fn core_tan2(lobe: &LobeParams) -> f64 {
 type Goals = Vec<Vec<(f64, f64)>>;
 
 /// The unknowns are n values of ln α, then n weights for each lobe.
+#[derive(Clone)]
 struct Problem {
     count: usize,
     tan2_theta: Vec<f64>,
@@ -140,8 +193,17 @@ struct Problem {
 
 impl Problem {
     fn new(material: &Material, count: usize, goals: impl Fn(&Material, &[f64]) -> Goals) -> Self {
+        Self::with_samples(material, count, goals, SAMPLES)
+    }
+
+    fn with_samples(
+        material: &Material,
+        count: usize,
+        goals: impl Fn(&Material, &[f64]) -> Goals,
+        samples: usize,
+    ) -> Self {
         let lobes = material.lobes();
-        let tan2_theta = angles(lobes, SAMPLES);
+        let tan2_theta = angles(lobes, samples);
         let goals = goals(material, &tan2_theta);
         let narrowest = lobes.iter().map(core_tan2).fold(f64::INFINITY, f64::min);
         let widest = lobes.iter().map(LobeParams::alpha).fold(0.0, f64::max);
@@ -171,20 +233,105 @@ impl Problem {
         })
     }
 
-    /// From the starts whose weights alone do best, the best end.
+    /// The mixture of the best of several descents.
     fn solve(&self) -> SharedMixture {
+        let best = self.best(DESCENTS);
+        best.map_or_else(SharedMixture::default, |best| self.mixture(&best.x))
+    }
+
+    /// A solution of one component fewer with one more, where that helps most: its weight is 0
+    /// before the weights are solved for.
+    fn grown(&self, x: &DVector<f64>) -> DVector<f64> {
+        let n = self.count;
+        let mut widths: Vec<f64> = x.rows(0, n - 1).iter().copied().collect();
+        widths.sort_by(f64::total_cmp);
+        let [low, high] = self.range;
+        let ends = [&[low][..], &widths, &[high]].concat();
+        let between = ends.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        let weighed = between.map(|width| self.weigh(self.with_width(x, width)));
+        let best = weighed.min_by(|a, b| a.squares.total_cmp(&b.squares));
+        best.map_or_else(|| self.split(x), |best| best.x)
+    }
+
+    /// The same solution with its first component counted twice.
+    fn split(&self, x: &DVector<f64>) -> DVector<f64> {
+        self.with_width(x, x[0])
+    }
+
+    /// A solution of one component fewer with one more of this ln α, of weight 0.
+    fn with_width(&self, x: &DVector<f64>, width: f64) -> DVector<f64> {
+        let n = self.count;
+        DVector::from_fn(self.unknowns(), |i, _| match (i / n, i % n) {
+            (0, j) if j == n - 1 => width,
+            (_, j) if j == n - 1 => 0.0,
+            (block, j) => x[block * (n - 1) + j],
+        })
+    }
+
+    /// The minimum that a fine descent from `start` reaches.
+    fn descend(&self, start: &DVector<f64>) -> Minimum {
+        minimise_in(FINE_STEPS, |x| self.equations(x), start, &self.bounds(), FINE_TOLERANCE)
+    }
+
+    /// The solution whose largest error is least, by Lawson's algorithm: each angle counts in
+    /// proportion to its error, again and again.
+    fn level(&mut self, start: DVector<f64>) -> DVector<f64> {
+        const ROUNDS: usize = 12;
+        const STEPS: usize = 12;
+        let plain = self.goals.clone();
+        let (mut x, mut best) = (start.clone(), (self.largest_error(&plain, &start), start));
+        let mut shares: Vec<Vec<f64>> = plain.iter().map(|lobe| vec![1.0; lobe.len()]).collect();
+        for _ in 0..ROUNDS {
+            for (lobe, (shares, goals)) in shares.iter_mut().zip(&plain).enumerate() {
+                let errors = self.errors(lobe, goals, &x);
+                let largest = errors.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+                for (share, error) in shares.iter_mut().zip(errors) {
+                    *share *= 0.1 + error / largest;
+                }
+                let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+                shares.iter_mut().for_each(|share| *share /= mean);
+                self.goals[lobe] = goals
+                    .iter()
+                    .zip(shares.iter())
+                    .map(|((goal, scale), share)| (goal * share.sqrt(), scale * share.sqrt()))
+                    .collect();
+            }
+            x = minimise_in(STEPS, |x| self.equations(x), &x, &self.bounds(), TOLERANCE).x;
+            let largest = self.largest_error(&plain, &x);
+            if largest < best.0 {
+                best = (largest, x.clone());
+            }
+        }
+        best.1
+    }
+
+    /// |D_fit − D| times its scale at each angle of a lobe.
+    fn errors(&self, lobe: usize, goals: &[(f64, f64)], x: &DVector<f64>) -> Vec<f64> {
+        let n = self.count;
+        let [density, _] = self.basis(&x.rows(0, n).map(f64::exp));
+        let weights = x.rows((1 + lobe) * n, n);
+        let fitted = density * (weights / weights.sum());
+        goals.iter().zip(fitted.iter()).map(|((goal, scale), d)| (scale * d - goal).abs()).collect()
+    }
+
+    fn largest_error(&self, goals: &Goals, x: &DVector<f64>) -> f64 {
+        let errors = goals.iter().enumerate().flat_map(|(lobe, goals)| self.errors(lobe, goals, x));
+        errors.fold(0.0, f64::max)
+    }
+
+    /// From the starts whose weights alone do best, so many, the best end; none of a material
+    /// without lobes.
+    fn best(&self, descents: usize) -> Option<Minimum> {
         if self.goals.is_empty() {
-            return SharedMixture { alpha: Vec::new(), weights: Vec::new() };
+            return None;
         }
         const FROM: [f64; 9] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
-        const DESCENTS: usize = 3;
         let mut weighed = FROM.map(|from| self.weigh(self.even_widths(from)));
         weighed.sort_by(|a, b| a.squares.total_cmp(&b.squares));
-        let ends = weighed[..DESCENTS]
+        let ends = weighed[..descents]
             .iter()
             .map(|start| minimise(|x| self.equations(x), &start.x, &self.bounds(), TOLERANCE));
-        let best = ends.min_by(|a, b| a.squares.total_cmp(&b.squares));
-        self.mixture(&best.expect("there are several descents").x)
+        ends.min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 
     /// The best weights for the widths of `x`: one quadratic problem per lobe.

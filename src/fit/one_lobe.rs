@@ -52,15 +52,17 @@ pub fn fit(material: &Material, family: Family) -> OneLobeFit {
 ///
 /// At a fixed width the model is linear in four non-negative coefficients per channel. A scan over
 /// all widths solves for those alone; Levenberg–Marquardt in width and coefficients then descends
-/// from every local minimum that the scan shows.
+/// from every local minimum that the scan shows, and at last on finer nodes.
 #[must_use]
 pub fn fit_target(target: &Target, family: Family, metric: Metric) -> OneLobeFit {
     let search = Search::new(target, family, metric);
+    let finer = target.polish();
+    let polish = Search::new(finer, family, metric);
     let scan = search.scan([0, 1, 2].map(|c| published(&target.material, c)));
-    let joint = search.joint(&scan);
+    let joint = polish.descend_jointly(&search.joint(&scan));
     let channels = std::array::from_fn(|c| {
         if reason::has_visible_lobe(&target.material, c) {
-            search.channel(c, &scan)
+            polish.descend(c, &search.channel(c, &scan))
         } else {
             joint.channels[c]
         }
@@ -135,17 +137,24 @@ impl<'a> Search<'a> {
     }
 
     /// The best of one channel.
-    fn channel(&self, c: usize, scan: &[Vec<Minimum>; 3]) -> OneLobeChannel {
+    fn channel(&self, c: usize, scan: &[Vec<Minimum>; 3]) -> DVector<f64> {
         let starts = local_minima(&scan[c].iter().map(|m| m.squares).collect::<Vec<_>>());
+        lowest(starts.into_iter().map(|i| self.channel_minimum(c, &scan[c][i].x))).x
+    }
+
+    /// The minimum of one channel that a descent from `start` reaches.
+    fn channel_minimum(&self, c: usize, start: &DVector<f64>) -> Minimum {
         let equations = |x: &DVector<f64>| self.channel_equations(c, x, 0, &self.lobe(x[0])).into();
-        let descend = |i: usize| {
-            minimise(equations, &scan[c][i].x, &bounds(ALPHA_RANGE.map(f64::ln), 1), TOLERANCE)
-        };
-        lobe_channel(&lowest(starts.into_iter().map(descend)).x, 0)
+        minimise(equations, start, &bounds(ALPHA_RANGE.map(f64::ln), 1), TOLERANCE)
+    }
+
+    /// The best of one channel that a descent from `start` reaches.
+    fn descend(&self, c: usize, start: &DVector<f64>) -> OneLobeChannel {
+        lobe_channel(&self.channel_minimum(c, start).x, 0)
     }
 
     /// The best with one width.
-    fn joint(&self, scan: &[Vec<Minimum>; 3]) -> OneLobe {
+    fn joint(&self, scan: &[Vec<Minimum>; 3]) -> DVector<f64> {
         let sums: Vec<f64> =
             (0..SCAN).map(|i| scan.iter().map(|channel| channel[i].squares).sum()).collect();
         let start = |i: usize| {
@@ -153,12 +162,19 @@ impl<'a> Search<'a> {
             let unknowns = scan[0][i].x.iter().take(1).chain(coefficients);
             DVector::from_iterator(1 + 3 * (UNKNOWNS - 1), unknowns.copied())
         };
-        let descend = |i: usize| {
-            let bounds = bounds(ALPHA_RANGE.map(f64::ln), 3);
-            minimise(|x| self.joint_equations(x), &start(i), &bounds, TOLERANCE)
-        };
-        let best = lowest(local_minima(&sums).into_iter().map(descend));
-        let channels = std::array::from_fn(|c| lobe_channel(&best.x, c));
+        lowest(local_minima(&sums).into_iter().map(|i| self.joint_minimum(&start(i)))).x
+    }
+
+    /// The minimum with one width that a descent from `start` reaches.
+    fn joint_minimum(&self, start: &DVector<f64>) -> Minimum {
+        let bounds = bounds(ALPHA_RANGE.map(f64::ln), 3);
+        minimise(|x| self.joint_equations(x), start, &bounds, TOLERANCE)
+    }
+
+    /// The best with one width that a descent from `start` reaches.
+    fn descend_jointly(&self, start: &DVector<f64>) -> OneLobe {
+        let best = self.joint_minimum(start).x;
+        let channels = std::array::from_fn(|c| lobe_channel(&best, c));
         OneLobe { family: self.family, channels }
     }
 

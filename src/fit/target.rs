@@ -1,6 +1,7 @@
 //! The aim of every fit: the exact reflectance of a material at well-chosen pairs of directions.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use serde::Serialize;
@@ -41,6 +42,16 @@ pub struct Target {
     pub pairs: Vec<Pair>,
     /// f at each pair, per channel \[1/sr\].
     pub channels: [Vec<f64>; 3],
+    /// Finer nodes of the same material, made when first asked for; none of a target that was made
+    /// fine.
+    finer: Option<Arc<Finer>>,
+}
+
+/// The targets on which the fits to another are finished and judged.
+#[derive(Debug, Default)]
+struct Finer {
+    polish: OnceLock<Target>,
+    judge: OnceLock<Target>,
 }
 
 /// Relative residuals √(∫(g(x_fit) − g(x))² / ∫g(x)²) of a fit, in each metric per channel.
@@ -83,24 +94,54 @@ impl Default for Resolution {
     }
 }
 
+impl Resolution {
+    /// The nodes on which a fit that was found on fewer is brought to its minimum.
+    pub const POLISHED: Self = Self { theta_h: 36, theta_d: 6, phi_d: 4 };
+
+    /// The nodes of a fit's residual, more than a fit is made on: on its own nodes a fit is up to
+    /// a fifth nearer than it is.
+    pub const JUDGED: Self = Self { theta_h: 48, theta_d: 8, phi_d: 5 };
+}
+
 impl Target {
     /// The target of a material.
     #[must_use]
     pub fn new(material: &Material) -> Self {
-        Self::with_resolution(material, Resolution::default())
+        let target = Self::with_resolution(material, Resolution::default());
+        Self { finer: Some(Arc::default()), ..target }
     }
 
-    /// The target with a chosen number of nodes: more for checking a fit than for making it.
+    /// The target with a chosen number of nodes, on which its fits are judged as well.
     #[must_use]
     pub fn with_resolution(material: &Material, resolution: Resolution) -> Self {
         let pairs = pairs(lobe_scale(material), resolution);
         let channels = samples(material, &pairs);
-        Self { material: material.clone(), pairs, channels }
+        Self { material: material.clone(), pairs, channels, finer: None }
     }
 
-    /// How far `reflectance` is from the target.
+    /// The target on which fits to this one are judged: of [`Resolution::JUDGED`].
+    #[must_use]
+    pub fn judge(&self) -> &Self {
+        let made = || Self::with_resolution(&self.material, Resolution::JUDGED);
+        self.finer.as_ref().map_or(self, |finer| finer.judge.get_or_init(made))
+    }
+
+    /// The target on which fits to this one are finished: of [`Resolution::POLISHED`].
+    #[must_use]
+    pub fn polish(&self) -> &Self {
+        let made = || Self::with_resolution(&self.material, Resolution::POLISHED);
+        self.finer.as_ref().map_or(self, |finer| finer.polish.get_or_init(made))
+    }
+
+    /// How far `reflectance` is from the material, on finer nodes than a fit to this target uses.
     #[must_use]
     pub fn residuals(&self, reflectance: &(impl Reflectance + ?Sized)) -> Residuals {
+        self.judge().own_residuals(reflectance)
+    }
+
+    /// How far `reflectance` is from the target on its own nodes.
+    #[must_use]
+    pub fn own_residuals(&self, reflectance: &(impl Reflectance + ?Sized)) -> Residuals {
         let both =
             |pair: &Pair| [reflectance.eval(pair.wi, pair.wo), reflectance.eval(pair.wo, pair.wi)];
         let values: Vec<[[f64; 3]; 2]> = self.pairs.iter().map(both).collect();
@@ -200,7 +241,7 @@ pub(super) fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) ->
 
 /// f of each colour at every pair.
 fn samples(material: &Material, pairs: &[Pair]) -> [Vec<f64>; 3] {
-    let brdf = SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Picture);
+    let brdf = SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Picture).tabulated();
     let mut sums = [(); 3].map(|()| vec![0.0; pairs.len()]);
     for lobe in &brdf.lobes {
         add_lobe(lobe, pairs, &mut sums);

@@ -6,14 +6,16 @@ use rayon::prelude::*;
 
 use crate::brdf::{MaskingKind, SgdBrdf};
 use crate::lut::albedo::{self, Albedo};
+use crate::lut::bend::Bends;
+use crate::lut::covering::{Covering, Extremes, Places, Verdict, warps};
 use crate::lut::error::{BakeError, LeftOut};
-use crate::lut::factors::{Factors, Subject, measure};
-use crate::lut::probe::{Probe, probes};
+use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure};
+use crate::lut::probe::{Probe, probes, probes_of_pair};
 use crate::lut::quantity::Quantity;
 use crate::lut::request::{Extent, MAX_ROWS, Request, VOLUME_WIDTHS};
-use crate::lut::row::{Placed, Rows, sharing_key};
-use crate::lut::search::{smallest, verified};
-use crate::lut::table::{ErrorNote, Filter, Table};
+use crate::lut::row::{Placed, Row, Rows, sharing_key};
+use crate::lut::search::{Judgement, Verified, smallest, verified};
+use crate::lut::table::{ErrorNote, Filter, Proof, Table};
 use crate::lut::term::Term;
 use crate::lut::volume::{self, Volume};
 use crate::material::{MAX_LOBES, Material};
@@ -151,12 +153,19 @@ fn fill_albedo(rows: &Rows, request: &Request) -> Result<Table, BakeError> {
         }
     };
     let error = checks.measure(&table);
-    Ok(noted(table, request, error))
+    Ok(noted(table, request, [error, 0.0], Proof::Sampled))
 }
 
-/// A table with its error.
-fn noted(table: Table, request: &Request, measured: f64) -> Table {
-    let error = ErrorNote { tolerance: request.tolerance(), measured: Some(measured) };
+/// A table with its errors: by the texture units that the promise covers, and by those that cut
+/// weights down; 0 where that was not measured.
+fn noted(table: Table, request: &Request, [measured, truncated]: [f64; 2], proof: Proof) -> Table {
+    let proof = request.tolerance().map(|_| proof);
+    let error = ErrorNote {
+        tolerance: request.tolerance(),
+        measured: Some(measured),
+        measured_truncated: (truncated > 0.0).then_some(truncated),
+        proof,
+    };
     Table { error, ..table }
 }
 
@@ -176,19 +185,32 @@ fn fill_volume(
         users().flat_map(|s| seeds.clone().flat_map(|seed| probes(&s.brdf, seed))).collect()
     };
     let lobes = &rows.lobes[row];
-    let search = |seen: &[Probe]| match request.extent {
+    let search = |seen: &[Probe], _: usize| match request.extent {
         Extent::Size(n) if !VOLUME_WIDTHS.contains(&n) => Err(BakeError::Volume { found: n }),
         Extent::Size(n) => Ok(volume::tabulate(lobes, row, [n; 3], request.depths.candidates()[0])),
         Extent::Tolerance(e) => {
             smallest(&Volume::new(lobes, row, seen, e), seen, e, request.depths)
         }
     };
-    let (table, error) = verified(request.tolerance(), seen, unseen, search, volume::measure)?;
-    Ok(noted(table, request, error))
+    let judge = |table: &Table, seen: &[Probe], round: usize| {
+        let mut unseen = unseen(round);
+        let climbs = users().map(|s| {
+            let probes = || unseen.iter().chain(seen);
+            volume::attacked(table, &s.brdf, probes())
+        });
+        let found: Vec<Probe> = climbs.flatten().collect();
+        let error = [seen, &unseen, &found].map(|probes| volume::measure(table, probes));
+        let error = error.into_iter().fold(0.0, f64::max);
+        let refuted = request.tolerance().is_some_and(|tolerance| error > tolerance);
+        unseen.extend(found);
+        Judgement { error, refuting: if refuted { unseen } else { Vec::new() } }
+    };
+    let verified = verified(request.tolerance(), seen, search, judge)?;
+    Ok(noted(verified.tables, request, [verified.error, 0.0], Proof::Sampled))
 }
 
 /// The tables of the factors of f, of the size asked for or of the smallest that keeps the
-/// tolerance, verified.
+/// tolerance, proven where a bound is known.
 fn fill_factors(
     rows: &Rows,
     placed: &[Placed],
@@ -200,25 +222,111 @@ fn fill_factors(
     if terms.is_empty() {
         return Ok(Vec::new());
     }
-    let materials = || sampled.iter().zip(placed);
-    let seen = materials().filter_map(|(s, placed)| Subject::new(rows, placed, s.probes.clone()));
-    let unseen = |round: usize| -> Vec<Subject> {
-        let of_material = |(s, placed): (&Sampled<'_>, &Placed)| {
-            Subject::new(rows, placed, probes(&s.brdf, 1 + round))
-        };
-        sampled.par_iter().zip(placed).filter_map(of_material).collect()
-    };
-    let search = |seen: &[Subject]| match request.extent {
+    let bends: Vec<Bends> = terms.iter().map(|term| Bends::new(*term, rows)).collect();
+    let promise = Promise { rows, placed, sampled, terms: &terms, bends: &bends };
+    let search = |seen: &[Subject], round: usize| match request.extent {
         Extent::Size(width) => {
             let depth = request.depths.candidates()[0];
             Ok(terms.iter().map(|term| term.tabulate(rows, width, depth)).collect())
         }
         Extent::Tolerance(e) => {
-            smallest(&Factors::new(rows, &terms, seen, e), seen, e, request.depths)
+            // A proof may ask for a little more than the probes that refuted the last one.
+            let aim = e * 0.97_f64.powi(round as i32);
+            smallest(&Factors::new(rows, &terms, &bends, seen, aim), seen, aim, request.depths)
         }
     };
-    let filters = [Filter::Fetched, Filter::Hardware];
-    let largest = |tables: &Vec<Table>, subjects: &[Subject]| measure(subjects, tables, &filters);
-    let (tables, error) = verified(request.tolerance(), seen.collect(), unseen, search, largest)?;
-    Ok(tables.into_iter().map(|table| noted(table, request, error)).collect())
+    let judge = |tables: &Vec<Table>, seen: &[Subject], round: usize| {
+        promise.judge(tables, seen, round, request.tolerance())
+    };
+    let Verified { tables, error, unrefuted } =
+        verified(request.tolerance(), promise.seen(), search, judge)?;
+    let proof = if unrefuted { promise.kind() } else { Proof::Sampled };
+    let error = [error, promise.truncated(&tables)];
+    Ok(tables.into_iter().map(|table| noted(table, request, error, proof)).collect())
+}
+
+/// What the tables of the factors promise, material by material.
+struct Promise<'a> {
+    rows: &'a Rows,
+    placed: &'a [Placed],
+    sampled: &'a [Sampled<'a>],
+    terms: &'a [Term],
+    bends: &'a [Bends],
+}
+
+impl Promise<'_> {
+    /// The materials with the probes of the first search.
+    fn seen(&self) -> Vec<Subject> {
+        let materials = self.sampled.iter().zip(self.placed);
+        materials.filter_map(|(s, p)| Subject::new(self.rows, p, s.probes.clone())).collect()
+    }
+
+    /// Whether the promise rests on bounds: they are known of all but the published masking fit.
+    fn kind(&self) -> Proof {
+        let fitted = |row: &Row| row.visible().any(|lobe| lobe.fitted.is_some());
+        let masking = self.terms.contains(&Term::Masking);
+        if masking && self.rows.lobes.iter().any(fitted) { Proof::Sampled } else { Proof::Bounded }
+    }
+
+    /// The largest error of the tables at probes seen and unseen, and the pairs of directions at
+    /// which their bound breaks the tolerance.
+    fn judge(
+        &self,
+        tables: &[Table],
+        seen: &[Subject],
+        round: usize,
+        tolerance: Option<f64>,
+    ) -> Judgement<Subject> {
+        let (found, attacked) = attacked(&self.unseen(1 + round), tables, &Filter::COVERED);
+        let error = measure(seen, tables, &Filter::COVERED).max(found);
+        let refuting = tolerance.map_or_else(Vec::new, |tolerance| {
+            let mut refuting = match self.kind() {
+                Proof::Bounded => self.refuting(tables, tolerance),
+                Proof::Sampled => Vec::new(),
+            };
+            if error > tolerance {
+                refuting.extend(attacked);
+            }
+            refuting
+        });
+        Judgement { error, refuting }
+    }
+
+    /// The materials with the probes of a seed.
+    fn unseen(&self, seed: usize) -> Vec<(&SgdBrdf, Subject)> {
+        let of_material = |(s, placed): (&'_ Sampled<'_>, &Placed)| {
+            Subject::new(self.rows, placed, probes(&s.brdf, seed))
+        };
+        let subjects = self.sampled.par_iter().zip(self.placed).map(of_material);
+        let subjects: Vec<Option<Subject>> = subjects.collect();
+        let brdfs = self.sampled.iter().map(|s| &s.brdf);
+        brdfs.zip(subjects).filter_map(|(brdf, subject)| Some((brdf, subject?))).collect()
+    }
+
+    /// The largest error found of texture units that cut weights down.
+    fn truncated(&self, tables: &[Table]) -> f64 {
+        attacked(&self.unseen(0), tables, &[Filter::Truncating]).0
+    }
+
+    /// The materials whose bound breaks the tolerance, with probes around where it does.
+    fn refuting(&self, tables: &[Table], tolerance: f64) -> Vec<Subject> {
+        let errors = cell_errors(self.rows, self.terms, self.bends, tables);
+        let extremes: Vec<(Term, Extremes)> = errors
+            .iter()
+            .map(|(term, errors)| (*term, Extremes::new(errors, term.row_count(self.rows))))
+            .collect();
+        let of_term = |term| extremes.iter().find(|(of, _)| *of == term).map(|(_, e)| e);
+        let (extremes, warps) = (Term::ALL.map(of_term), warps(self.rows));
+        let of_material = |(s, placed): (&Sampled<'_>, &Placed)| {
+            let places = Places::new(self.rows, placed.row?);
+            let covering = Covering::new(&s.brdf, self.rows, places, &warps, extremes);
+            match covering.verdict(tolerance) {
+                Verdict::Kept => None,
+                Verdict::Broken(pair) => {
+                    Subject::new(self.rows, placed, probes_of_pair(&s.brdf, pair))
+                }
+            }
+        };
+        self.sampled.par_iter().zip(self.placed).filter_map(of_material).collect()
+    }
 }

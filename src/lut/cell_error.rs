@@ -1,75 +1,205 @@
-//! Cell errors: for every cell between two texels, the largest error of the value decoded there.
+//! Cell errors: for every cell between two texels, how far the decoded value may be off.
 
 use rayon::prelude::*;
 
 use crate::lut::axis::Warp;
+use crate::lut::bend::{Bends, Interval};
 use crate::lut::quantity::Encoding;
 use crate::lut::row::Rows;
 use crate::lut::table::Table;
 use crate::lut::term::Term;
 
-/// Where a cell is examined, from its left texel (0) to its right one (1).
-const WITHIN_CELL: [f32; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
+/// How far a texture unit's weight of the right texel lies off the true one: rounded to 1/256 on
+/// both sides.
+pub const ROUNDED_WEIGHTS: Interval = [-1.0 / 512.0, 1.0 / 512.0];
 
-/// How far a texture unit's 8-bit weight lies off the true one, at most.
-const WEIGHT_ERROR: f32 = 1.0 / 512.0;
+/// Relative rounding of a coordinate and of its product with the width in f32, twice over.
+const COORDINATE_ROUNDING: f64 = 4.0 / 16_777_216.0;
+/// Relative rounding of a texel mixed in f32, and of its exponential.
+const MIX_ROUNDING: f64 = 3.0 / 16_777_216.0;
 
-/// The errors of a table, cell by cell, for exact and for 8-bit filter weights.
+/// A texel of `ndf` below which D, less than 1e-60 of its peak, counts as vanished.
+const VANISHED: f64 = -140.0;
+
+/// Where a cell is examined whose bend has no known bound.
+const SAMPLES: usize = 12;
+
+/// The errors of a table, cell by cell.
 ///
-/// Linear interpolation errs most in the middle of a cell, so that a smooth quantity's error
-/// anywhere is bounded by that of its cell. Relative for `exp_times`, absolute for `identity`.
+/// # Formula
+///
+/// With r the rounding of the stored texels, k bounds on d²t/du² times the square of a cell and w
+/// in \[0, 1\] the place within it,
+///
+/// ```text
+/// t_lut − t = (1−w) r_left + w r_right + ½ k w (1−w) + (t_right − t_left)·δw
+/// ```
+///
+/// Relative for `exp_times` (e^{t_lut−t} − 1), absolute for `identity`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellErrors {
     cells_per_row: usize,
-    errors: Vec<[f32; 3]>,
+    /// Least and largest error of each texel channel.
+    errors: Vec<[Interval; 3]>,
 }
 
 impl CellErrors {
-    /// The cell errors of the table of a factor.
+    /// The cell errors of the table of a factor, for mixing in f32 and by weights that are off by
+    /// `weights`.
     #[must_use]
-    pub fn new(term: Term, table: &Table, rows: &Rows) -> Self {
+    pub fn new(term: Term, table: &Table, rows: &Rows, bends: &Bends, weights: Interval) -> Self {
         let cells_per_row = table.size[0] - 1;
         let warp = term.warp(rows);
-        let errors = (0..term.row_count(rows) * cells_per_row)
-            .into_par_iter()
-            .map(|i| cell_error(term, table, rows, &warp, [i / cells_per_row, i % cells_per_row]))
-            .collect();
+        let of_row = |row: usize| {
+            let cells = Cells { term, table, rows, bends, weights, warp: &warp, row };
+            cells.errors()
+        };
+        let errors = (0..term.row_count(rows)).into_par_iter().flat_map_iter(of_row).collect();
         Self { cells_per_row, errors }
     }
 
-    /// The error bound per texel channel at coordinate `u` of a row.
+    /// How many cells a row has.
     #[must_use]
-    pub fn at(&self, row: usize, u: f32) -> [f64; 3] {
-        let cell = ((u * self.cells_per_row as f32) as usize).min(self.cells_per_row - 1);
-        self.errors[row * self.cells_per_row + cell].map(f64::from)
+    pub fn cells_per_row(&self) -> usize {
+        self.cells_per_row
+    }
+
+    /// The errors of one cell.
+    #[must_use]
+    pub fn of_cell(&self, row: usize, cell: usize) -> &[Interval; 3] {
+        &self.errors[row * self.cells_per_row + cell]
+    }
+
+    /// The errors per texel channel at coordinate `u` of a row.
+    #[must_use]
+    pub fn at(&self, row: usize, u: f64) -> &[Interval; 3] {
+        let cell = ((u * self.cells_per_row as f64) as usize).min(self.cells_per_row - 1);
+        self.of_cell(row, cell)
     }
 }
 
-fn cell_error(
+/// The cells of one row.
+struct Cells<'a> {
     term: Term,
-    table: &Table,
-    rows: &Rows,
-    warp: &Warp,
-    [row, cell]: [usize; 2],
-) -> [f32; 3] {
-    let cells = table.size[0] - 1;
-    let [a, b] = [cell, cell + 1].map(|i| table.texels.get(row * table.size[0] + i));
-    let exact = WITHIN_CELL
-        .map(|t| term.texel(rows, row, warp, (cell as f64 + f64::from(t)) / cells as f64));
-    std::array::from_fn(|c| {
-        // How far a decoded texel lies below and above the exact one.
-        let (mut below, mut above): (f64, f64) = (0.0, 0.0);
-        for (within, exact) in WITHIN_CELL.into_iter().zip(exact) {
-            let Some(exact) = exact[c] else { return 0.0 };
-            for shift in [-WEIGHT_ERROR, 0.0, WEIGHT_ERROR] {
-                let off = f64::from(a[c] + (b[c] - a[c]) * (within + shift)) - exact;
-                (below, above) = (below.min(off), above.max(off));
-            }
-        }
-        let error = match table.encoding {
-            Encoding::Identity | Encoding::Times { .. } => above.max(-below),
-            Encoding::ExpTimes { .. } => above.exp_m1().max(-below.exp_m1()),
+    table: &'a Table,
+    rows: &'a Rows,
+    bends: &'a Bends,
+    weights: Interval,
+    warp: &'a Warp,
+    row: usize,
+}
+
+impl Cells<'_> {
+    fn errors(&self) -> Vec<[Interval; 3]> {
+        let width = self.table.size[0];
+        let last = (width - 1) as f64;
+        let exact: Vec<[Option<f64>; 3]> =
+            (0..width).map(|i| self.exact(i as f64 / last)).collect();
+        let stored: Vec<[f64; 3]> = (0..width)
+            .map(|i| self.table.texels.get(self.row * width + i).map(f64::from))
+            .collect();
+        let of_cell = |cell: usize| -> [Interval; 3] {
+            std::array::from_fn(|c| match (exact[cell][c], exact[cell + 1][c]) {
+                (Some(left), Some(right)) => {
+                    self.error(cell, c, [left, right], [stored[cell][c], stored[cell + 1][c]])
+                }
+                _ => [0.0; 2],
+            })
         };
-        error as f32
-    })
+        (0..width - 1).map(of_cell).collect()
+    }
+
+    /// The exact texel, of `ndf` without the 0 that closes the table.
+    fn exact(&self, u: f64) -> [Option<f64>; 3] {
+        if self.term == Term::Ndf && u >= 1.0 {
+            let x = self.warp.variable(self.row, 1.0);
+            let lobes = self.rows.lobes[self.row].lobes.each_ref();
+            return lobes.map(|l| l.as_ref().map(|l| l.distribution.closed_form().log_decay(x)));
+        }
+        self.term.texel(self.rows, self.row, self.warp, u)
+    }
+
+    fn error(&self, cell: usize, c: usize, exact: Interval, stored: Interval) -> Interval {
+        let vanishing = self.term == Term::Ndf && (stored[1] < VANISHED || exact[1] < VANISHED);
+        let off = if vanishing {
+            [f64::NEG_INFINITY, self.closing_error(exact, stored)]
+        } else {
+            self.texel_error(cell, c, exact, stored)
+        };
+        match self.table.encoding {
+            Encoding::Identity | Encoding::Times { .. } => off,
+            Encoding::ExpTimes { .. } => off.map(f64::exp_m1),
+        }
+    }
+
+    /// How far above the exact texel a cell may lie in which D vanishes, where its chord falls
+    /// steeper than the exact texel; where D has vanished before, the most that D may be.
+    fn closing_error(&self, exact: Interval, stored: Interval) -> f64 {
+        if exact[0] < VANISHED {
+            return std::f64::consts::LN_2;
+        }
+        let fall = (exact[0] - exact[1]).max(0.0) * (self.shift()[1] - self.shift()[0]);
+        (stored[0] - exact[0]).max(0.0) + fall + MIX_ROUNDING * stored[0].abs()
+    }
+
+    /// How far the place within a cell may be off, in f32 and by a texture unit.
+    fn shift(&self) -> Interval {
+        let coordinate = COORDINATE_ROUNDING * (self.table.size[0] - 1) as f64;
+        [self.weights[0] - coordinate, self.weights[1] + coordinate]
+    }
+
+    /// How far the mixed texel lies below and above the exact one, at most.
+    fn texel_error(&self, cell: usize, c: usize, exact: Interval, stored: Interval) -> Interval {
+        let cells = (self.table.size[0] - 1) as f64;
+        let u = [cell as f64 / cells, (cell + 1) as f64 / cells];
+        let rounding = [stored[0] - exact[0], stored[1] - exact[1]];
+        let smooth = match self.bends.over(self.row, c, u) {
+            Some(bend) => {
+                let [low, high] = bend.map(|bend| bend / (cells * cells));
+                [-largest_of_parabola(rounding.map(|r| -r), -low), largest_of_parabola(rounding, high)]
+            }
+            None => self.sampled(c, u, exact, stored),
+        };
+        let rise = stored[1] - stored[0];
+        let [back, forth] = self.shift().map(|shift| rise * shift);
+        let mixing = MIX_ROUNDING * (1.0 + stored[0].abs().max(stored[1].abs()));
+        [smooth[0] + back.min(forth) - mixing, smooth[1] + back.max(forth) + mixing]
+    }
+
+    /// The same without a bound on the bend: the extremes met at some places.
+    fn sampled(&self, c: usize, u: Interval, exact: Interval, stored: Interval) -> Interval {
+        let off = |k: usize| {
+            let w = k as f64 / SAMPLES as f64;
+            let truth = match k {
+                0 => exact[0],
+                SAMPLES => exact[1],
+                _ => self.exact(u[0] + (u[1] - u[0]) * w)[c].unwrap_or(exact[0]),
+            };
+            stored[0] + (stored[1] - stored[0]) * w - truth
+        };
+        let offs = (0..=SAMPLES).map(off);
+        offs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], e| [low.min(e), high.max(e)])
+    }
+}
+
+/// The largest of (1−w) a + w b + ½ k w (1−w) over w in \[0, 1\].
+fn largest_of_parabola([a, b]: Interval, k: f64) -> f64 {
+    let at = |w: f64| (1.0 - w) * a + w * b + 0.5 * k * w * (1.0 - w);
+    let ends = a.max(b);
+    if k > 0.0 { at((0.5 + (b - a) / k).clamp(0.0, 1.0)).max(ends) } else { ends }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parabola_s_top_is_found() {
+        for (a, b, k) in [(0.0, 0.0, 1.0), (1.0, -0.5, 2.0), (0.1, 0.2, -3.0), (0.0, 1.0, 0.5)] {
+            let at = |w: f64| (1.0 - w) * a + w * b + 0.5 * k * w * (1.0 - w);
+            let seen = (0..=1000).map(|i| at(f64::from(i) * 1e-3)).fold(f64::MIN, f64::max);
+            let top = largest_of_parabola([a, b], k);
+            assert!(seen <= top + 1e-12 && top - seen < 1e-6, "{a} {b} {k}: {seen} {top}");
+        }
+    }
 }

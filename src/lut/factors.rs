@@ -6,9 +6,15 @@
 //! |f|cosθi), with the texels rounded to their depth and mixed either in f32 or with a texture
 //! unit's 8-bit weights.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
-use crate::lut::cell_error::CellErrors;
+use crate::brdf::SgdBrdf;
+use crate::lut::attack::attack;
+use crate::lut::axis::Warp;
+use crate::lut::bend::{Bends, Interval, times};
+use crate::lut::cell_error::{CellErrors, ROUNDED_WEIGHTS};
 use crate::lut::probe::Probe;
 use crate::lut::request::WIDTHS;
 use crate::lut::row::{Placed, Rows};
@@ -19,6 +25,8 @@ use crate::material::MAX_LOBES;
 
 /// Texels per axis at which a quantity's own error is measured to scale it.
 const REFERENCE_WIDTH: usize = 65;
+/// How far a texture unit's weights may be off.
+const WEIGHTS: Interval = ROUNDED_WEIGHTS;
 /// Beyond so many times the expected width it is rounding, not width, that limits the error.
 const MAX_GROWTH: f64 = 16.0;
 
@@ -34,8 +42,28 @@ pub struct Subject {
     probes: Vec<Probe>,
     /// The lobes that are stored.
     visible: [bool; MAX_LOBES],
+    /// How a probe's angles become coordinates.
+    places: Warps,
     /// Coordinates of each probe.
     coordinates: Vec<Coordinates>,
+}
+
+/// The warps of the textures in one row.
+#[derive(Clone)]
+struct Warps {
+    row: usize,
+    warps: Arc<[Warp; 3]>,
+}
+
+impl Warps {
+    fn coordinates(&self, Probe { angles, .. }: &Probe) -> Coordinates {
+        let [ndf, masking, fresnel] = &*self.warps;
+        Coordinates {
+            half: ndf.coordinate(self.row, angles.tan2_h) as f32,
+            masking: angles.cot.map(|cot| masking.coordinate(self.row, cot) as f32),
+            difference: fresnel.coordinate(0, angles.cos_d) as f32,
+        }
+    }
 }
 
 /// The coordinates of a probe in `ndf`, `masking` (light and viewer) and `fresnel`.
@@ -50,23 +78,23 @@ impl Subject {
     #[must_use]
     pub fn new(rows: &Rows, placed: &Placed, probes: Vec<Probe>) -> Option<Self> {
         let row = placed.row?;
-        let [ndf, masking, fresnel] = Term::ALL.map(|term| term.warp(rows));
-        let coordinates = probes
-            .iter()
-            .map(|Probe { angles, .. }| Coordinates {
-                half: ndf.coordinate(row, angles.tan2_h) as f32,
-                masking: angles.cot.map(|cot| masking.coordinate(row, cot) as f32),
-                difference: fresnel.coordinate(0, angles.cos_d) as f32,
-            })
-            .collect();
+        let places = Warps { row, warps: Arc::new(Term::ALL.map(|term| term.warp(rows))) };
+        let coordinates = probes.iter().map(|probe| places.coordinates(probe)).collect();
         Some(Self {
             row,
+            places,
             fresnel_rows: rows.lobes[row].fresnel_rows,
             ndf_peaks: placed.ndf_peaks(),
             probes,
             visible: rows.lobes[row].lobes.each_ref().map(Option::is_some),
             coordinates,
         })
+    }
+
+    /// The same material at other probes.
+    fn with_probes(&self, probes: Vec<Probe>) -> Self {
+        let coordinates = probes.iter().map(|probe| self.places.coordinates(probe)).collect();
+        Self { probes, coordinates, places: self.places.clone(), ..*self }
     }
 
     /// The largest error of f decoded from `tables`; a factor without a table is exact.
@@ -106,12 +134,17 @@ impl Subject {
     ///
     /// # Formula
     ///
-    /// With relative errors δ of D, G1(wi), G1(wo) and an absolute error ε of F,
-    /// |Δf|cosθi ≤ Σ_lobes ρs/(π cosθo) · D G1(wi) G1(wo) ·
-    /// \[|F|·((1+δ_D)(1+δ_i)(1+δ_o) − 1) + ε·(1+δ_D)(1+δ_i)(1+δ_o)\].
+    /// With relative errors δ of D, G1(wi), G1(wo) and an absolute error ε of F, each between two
+    /// values,
+    ///
+    /// ```text
+    /// Δf cosθi = Σ_lobes ρs/(π cosθo) · D G1(wi) G1(wo) · [F·(g − 1) + ε·g]
+    /// g = (1+δ_D)(1+δ_i)(1+δ_o)
+    /// ```
+    ///
+    /// and a lobe that is not stored has g = 0.
     fn bound(&self, errors: &[(Term, CellErrors)]) -> f64 {
-        let find = |term| errors.iter().find(|(of, _)| *of == term).map(|(_, errors)| errors);
-        let errors = Term::ALL.map(find);
+        let errors = by_term(errors);
         let probes = self.probes.iter().zip(&self.coordinates);
         probes.map(|(probe, at)| self.probe_bound(probe, at, errors)).fold(0.0, f64::max)
     }
@@ -123,28 +156,61 @@ impl Subject {
         [ndf, masking, fresnel]: [Option<&CellErrors>; 3],
     ) -> f64 {
         let cell = |errors: Option<&CellErrors>, row: usize, u: f32| {
-            errors.map_or([0.0; 3], |errors| errors.at(row, u))
+            errors.map_or([[0.0; 2]; 3], |errors| *errors.at(row, f64::from(u)))
         };
         let ndf = cell(ndf, self.row, at.half);
         let [g1_i, g1_o] = at.masking.map(|u| cell(masking, self.row, u));
-        let mut difference = [0.0; 3];
-        for (j, exact) in probe.lobes.iter().enumerate().filter(|(j, _)| self.visible[*j]) {
+        let mut off = [[0.0; 2]; 3];
+        for (j, exact) in probe.lobes.iter().enumerate() {
+            let kept = |k: usize| (1.0 + ndf[j][k]) * (1.0 + g1_i[j][k]) * (1.0 + g1_o[j][k]);
+            let growth = if self.visible[j] { [kept(0), kept(1)] } else { [0.0; 2] };
             let fresnel = cell(fresnel, self.fresnel_rows[j], at.difference);
-            let grown = (1.0 + ndf[j]) * (1.0 + g1_i[j]) * (1.0 + g1_o[j]);
+            let product = exact.ndf * exact.g1[0] * exact.g1[1];
             for c in (0..3).filter(|c| exact.scale[*c] > 0.0) {
-                let off = exact.fresnel[c].abs() * (grown - 1.0) + fresnel[c] * grown;
-                difference[c] += exact.scale[c] * exact.ndf * exact.g1[0] * exact.g1[1] * off;
+                let by_growth = growth.map(|g| exact.fresnel[c] * (g - 1.0));
+                let by_fresnel = times(fresnel[c], growth);
+                let scale = exact.scale[c] * product;
+                off[c][0] += scale * (by_growth[0].min(by_growth[1]) + by_fresnel[0]);
+                off[c][1] += scale * (by_growth[0].max(by_growth[1]) + by_fresnel[1]);
             }
         }
-        (0..3).map(|c| probe.colours[c].error_of(difference[c])).fold(0.0, f64::max)
+        let error = |c: usize| probe.colours[c].error_of(off[c][1].max(-off[c][0]));
+        (0..3).map(error).fold(0.0, f64::max)
     }
 }
 
 /// A bound on the error of f over all subjects, decoded from `tables` of `terms`.
-fn bound(subjects: &[Subject], rows: &Rows, terms: &[Term], tables: &[Table]) -> f64 {
-    let errors = |(term, table): (&Term, &Table)| (*term, CellErrors::new(*term, table, rows));
-    let errors: Vec<(Term, CellErrors)> = terms.iter().zip(tables).map(errors).collect();
-    subjects.par_iter().map(|subject| subject.bound(&errors)).reduce(|| 0.0, f64::max)
+fn bound(subjects: &[Subject], errors: &[(Term, CellErrors)]) -> f64 {
+    subjects.par_iter().map(|subject| subject.bound(errors)).reduce(|| 0.0, f64::max)
+}
+
+/// The cell errors of each factor, where it has a table.
+fn by_term(errors: &[(Term, CellErrors)]) -> [Option<&CellErrors>; 3] {
+    Term::ALL.map(|term| errors.iter().find(|(of, _)| *of == term).map(|(_, errors)| errors))
+}
+
+/// The largest error of f that climbs from each subject's worst probe find, and the subject of that
+/// probe alone.
+#[must_use]
+pub fn attacked(
+    subjects: &[(&SgdBrdf, Subject)],
+    tables: &[Table],
+    filters: &[Filter],
+) -> (f64, Vec<Subject>) {
+    let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
+    let of_subject = |(brdf, subject): &(&SgdBrdf, Subject)| {
+        let error = |at: &Subject| {
+            filters.iter().map(|filter| at.error(&tables, *filter)).fold(0.0, f64::max)
+        };
+        let one = |probe: &Probe| subject.with_probes(vec![probe.clone()]);
+        let errors: Vec<f64> = subject.probes.iter().map(|probe| error(&one(probe))).collect();
+        let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]))?;
+        let (found, probe) = attack(brdf, &subject.probes[worst], |probe| error(&one(probe)));
+        Some((found, one(&probe)))
+    };
+    let found: Vec<(f64, Subject)> = subjects.par_iter().filter_map(of_subject).collect();
+    let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
+    (largest, found.into_iter().map(|(_, subject)| subject).collect())
 }
 
 /// The largest error of f measured over all subjects.
@@ -157,10 +223,26 @@ pub fn measure(subjects: &[Subject], tables: &[Table], filters: &[Filter]) -> f6
     subjects.par_iter().map(of_subject).reduce(|| 0.0, f64::max)
 }
 
+/// The errors of every cell of the tables, by each texture unit that the promise covers.
+#[must_use]
+pub fn cell_errors(
+    rows: &Rows,
+    terms: &[Term],
+    bends: &[Bends],
+    tables: &[Table],
+) -> Vec<(Term, CellErrors)> {
+    let of_term = |((term, bends), table): ((&Term, &Bends), &Table)| {
+        (*term, CellErrors::new(*term, table, rows, bends, WEIGHTS))
+    };
+    terms.iter().zip(bends).zip(tables).map(of_term).collect()
+}
+
 /// The tables of some factors, in search of their sizes.
 pub struct Factors<'a> {
     rows: &'a Rows,
     terms: &'a [Term],
+    /// How the texels of each factor bend.
+    bends: &'a [Bends],
     /// The widths at which interpolation alone would keep the aim.
     widths: Vec<f64>,
 }
@@ -168,9 +250,35 @@ pub struct Factors<'a> {
 impl<'a> Factors<'a> {
     /// The factors of `terms`, of widths about right for `tolerance` at the subjects' probes.
     #[must_use]
-    pub fn new(rows: &'a Rows, terms: &'a [Term], subjects: &[Subject], tolerance: f64) -> Self {
+    pub fn new(
+        rows: &'a Rows,
+        terms: &'a [Term],
+        bends: &'a [Bends],
+        subjects: &[Subject],
+        tolerance: f64,
+    ) -> Self {
         let aim = Self::AIMS[0] * tolerance;
-        Self { rows, terms, widths: expected_widths(rows, terms, subjects, aim) }
+        let mut factors = Self { rows, terms, bends, widths: Vec::new() };
+        factors.widths = factors.expected_widths(subjects, aim);
+        factors
+    }
+
+    /// The widths with the least sum whose interpolation errors add up to `tolerance`.
+    ///
+    /// # Derivation
+    ///
+    /// Linear interpolation over n texels errs by c_q/n², c_q measured at a reference width. The
+    /// sum Σ n_q under Σ c_q/n_q² = e is least for n_q = √(C/e)·c_q^{1/3}, C = Σ c_q^{1/3}.
+    fn expected_widths(&self, subjects: &[Subject], tolerance: f64) -> Vec<f64> {
+        let cube_root = |(term, bends): (&Term, &Bends)| {
+            let table = term.tabulate(self.rows, REFERENCE_WIDTH, Depth::Float);
+            let errors = CellErrors::new(*term, &table, self.rows, bends, WEIGHTS);
+            let error = bound(subjects, &[(*term, errors)]);
+            (error * (REFERENCE_WIDTH - 1).pow(2) as f64).cbrt()
+        };
+        let roots: Vec<f64> = self.terms.iter().zip(self.bends).map(cube_root).collect();
+        let sum: f64 = roots.iter().sum();
+        roots.iter().map(|root| 1.0 + (sum / tolerance).sqrt() * root).collect()
     }
 }
 
@@ -192,29 +300,12 @@ impl Sizable for Factors<'_> {
     }
 
     fn measure(&self, tables: &Vec<Table>, subjects: &[Subject]) -> f64 {
-        measure(subjects, tables, &[Filter::Fetched, Filter::Hardware])
+        measure(subjects, tables, &Filter::COVERED)
     }
 
     fn bound(&self, tables: &Vec<Table>, subjects: &[Subject]) -> f64 {
-        bound(subjects, self.rows, self.terms, tables)
+        bound(subjects, &cell_errors(self.rows, self.terms, self.bends, tables))
     }
-}
-
-/// The widths with the least sum whose interpolation errors add up to `tolerance`.
-///
-/// # Derivation
-///
-/// Linear interpolation over n texels errs by c_q/n², c_q measured at a reference width. The sum
-/// Σ n_q under Σ c_q/n_q² = e is least for n_q = √(C/e)·c_q^{1/3}, C = Σ c_q^{1/3}.
-fn expected_widths(rows: &Rows, terms: &[Term], subjects: &[Subject], tolerance: f64) -> Vec<f64> {
-    let cube_root = |term: &Term| {
-        let table = term.tabulate(rows, REFERENCE_WIDTH, Depth::Float);
-        let error = bound(subjects, rows, &[*term], &[table]);
-        (error * (REFERENCE_WIDTH - 1).pow(2) as f64).cbrt()
-    };
-    let roots: Vec<f64> = terms.iter().map(cube_root).collect();
-    let sum: f64 = roots.iter().sum();
-    roots.iter().map(|root| 1.0 + (sum / tolerance).sqrt() * root).collect()
 }
 
 /// The whole number of texels that a texture may have, nearest above `width`.

@@ -2,9 +2,12 @@
 //! needs.
 
 pub mod albedo;
+pub mod attack;
 pub mod axis;
 pub mod bake;
+pub mod bend;
 pub mod cell_error;
+pub mod covering;
 pub mod decode;
 pub mod error;
 pub mod factors;
@@ -24,5 +27,5 @@ pub use error::{BakeError, LeftOut};
 pub use quantity::{Encoding, Factor, Quantity};
 pub use request::{Depths, Extent, Request};
 pub use row::{Placed, Row, Rows};
-pub use table::{Depth, ErrorNote, Filter, Table, Texels};
+pub use table::{Depth, ErrorNote, Filter, Proof, Table, Texels};
 pub use term::Term;

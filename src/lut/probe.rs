@@ -19,6 +19,8 @@ const LIGHTS: usize = 12;
 /// One pair of directions and the exact values there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
+    /// wi and wo.
+    pub pair: [DVec3; 2],
     /// The angles of the pair.
     pub angles: Angles,
     /// |cosφd|.
@@ -125,6 +127,16 @@ pub fn probes(brdf: &SgdBrdf, seed: usize) -> Vec<Probe> {
         .collect()
 }
 
+/// The probes of the viewer of one pair of directions, that pair the first; none below the horizon.
+#[must_use]
+pub fn probes_of_pair(brdf: &SgdBrdf, [wi, wo]: [DVec3; 2]) -> Vec<Probe> {
+    let reach = Reach::new(brdf);
+    if !above_horizon(wi) || !above_horizon(wo) {
+        return Vec::new();
+    }
+    of_viewer(brdf, wo, std::iter::once(wi).chain(lights(wo, 0, &reach)))
+}
+
 fn viewer_direction(viewer: usize, index: usize, grazing: f64) -> DVec3 {
     let offset = (viewer / 2) as f64 + spread(index, 0);
     let fraction = offset / (VIEWERS / 2) as f64;
@@ -200,5 +212,5 @@ fn probe(brdf: &SgdBrdf, wi: DVec3, wo: DVec3) -> Option<Probe> {
         Exact { specular: specular[c], reflected, bound: 0.0 }
     };
     let colours = [0, 1, 2].map(colour);
-    Some(Probe { angles, abs_cos_phi_d: abs_cos_phi_d(wi, wo), lobes, colours })
+    Some(Probe { pair: [wi, wo], angles, abs_cos_phi_d: abs_cos_phi_d(wi, wo), lobes, colours })
 }

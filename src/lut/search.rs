@@ -83,8 +83,27 @@ fn least<T>(largest: f64, keeps: &mut impl FnMut(f64) -> Option<T>) -> Option<T>
     Some(result)
 }
 
-/// The tables that a search finds at the probes it has `seen`, with their largest error there and at
-/// probes that the search has not seen; where these refuse the tables, they count in the next search.
+/// The judgement of tables at points that their search has not seen.
+pub struct Judgement<P> {
+    /// The largest error found.
+    pub error: f64,
+    /// Points at which the tables break their tolerance; none where they keep it.
+    pub refuting: Vec<P>,
+}
+
+/// The tables that a search finds.
+pub struct Verified<T> {
+    /// The tables.
+    pub tables: T,
+    /// The largest error found.
+    pub error: f64,
+    /// Whether no point refutes them. After the last search tables are taken whose largest error
+    /// found is within the tolerance.
+    pub unrefuted: bool,
+}
+
+/// The tables that a search finds at the probes it has `seen`; probes that refute the tables count
+/// in the next search, which is told its number.
 ///
 /// # Errors
 ///
@@ -92,23 +111,30 @@ fn least<T>(largest: f64, keeps: &mut impl FnMut(f64) -> Option<T>) -> Option<T>
 pub fn verified<T, P>(
     tolerance: Option<f64>,
     mut seen: Vec<P>,
-    unseen: impl Fn(usize) -> Vec<P>,
-    search: impl Fn(&[P]) -> Result<T, BakeError>,
-    measure: impl Fn(&T, &[P]) -> f64,
-) -> Result<(T, f64), BakeError> {
+    search: impl Fn(&[P], usize) -> Result<T, BakeError>,
+    judge: impl Fn(&T, &[P], usize) -> Judgement<P>,
+) -> Result<Verified<T>, BakeError> {
     const SEARCHES: usize = 4;
-    let mut round = 0;
+    let (mut round, mut kept) = (0, None);
     loop {
-        let unseen = unseen(round);
-        let found = search(&seen)?;
-        let error = measure(&found, &seen).max(measure(&found, &unseen));
+        let tables = match search(&seen, round) {
+            Ok(tables) => tables,
+            // Points that refute a bound may be beyond any size, where a search finds no fault.
+            Err(error) => return kept.ok_or(error),
+        };
+        let Judgement { error, refuting } = judge(&tables, &seen, round);
         round += 1;
         match tolerance {
-            Some(tolerance) if error > tolerance && round == SEARCHES => {
+            Some(tolerance) if !refuting.is_empty() && round < SEARCHES => {
+                if error <= tolerance {
+                    kept = Some(Verified { tables, error, unrefuted: false });
+                }
+                seen.extend(refuting);
+            }
+            Some(tolerance) if error > tolerance => {
                 return Err(BakeError::NotReached { tolerance, best: error });
             }
-            Some(tolerance) if error > tolerance => seen.extend(unseen),
-            _ => return Ok((found, error)),
+            _ => return Ok(Verified { tables, error, unrefuted: refuting.is_empty() }),
         }
     }
 }

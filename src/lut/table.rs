@@ -150,8 +150,25 @@ impl Texels {
 pub struct ErrorNote {
     /// The error that was promised; none for a size that was asked for.
     pub tolerance: Option<f64>,
-    /// The largest error found off the texel centres.
+    /// The largest error found by a search.
     pub measured: Option<f64>,
+    /// The largest error found of texture units that cut weights down to multiples of 1/256, which
+    /// the promise does not cover.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured_truncated: Option<f64>,
+    /// What the tolerance rests on.
+    pub proof: Option<Proof>,
+}
+
+/// What a promised error rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Proof {
+    /// A bound over every pair of directions, for texels mixed in f32 and by texture units that
+    /// round weights to multiples of 1/256.
+    Bounded,
+    /// A search for the largest error over pairs of directions, with texels mixed in both ways.
+    Sampled,
 }
 
 /// A baked lookup texture.
@@ -240,17 +257,23 @@ fn mix(a: [f32; 3], b: [f32; 3], weight: f32) -> [f32; 3] {
 pub enum Filter {
     /// Fetched one by one and mixed in f32, as the decoders beside the textures do.
     Fetched,
-    /// By a texture unit, whose weights are multiples of 1/256.
+    /// By a texture unit whose weights are rounded to multiples of 1/256.
     Hardware,
+    /// By a texture unit whose weights are cut down to multiples of 1/256.
+    Truncating,
 }
 
 impl Filter {
+    /// The ways that a promised error covers.
+    pub const COVERED: [Self; 2] = [Self::Fetched, Self::Hardware];
+
     /// The texel to the left of coordinate `u` among `width`, and the weight of the right one.
     fn position(self, u: f32, width: usize) -> (usize, f32) {
         let position = u.clamp(0.0, 1.0) * (width - 1) as f32;
         let position = match self {
             Self::Fetched => position,
             Self::Hardware => (position * 256.0).round() / 256.0,
+            Self::Truncating => (position * 256.0).floor() / 256.0,
         };
         let left = (position as usize).min(width - 2);
         (left, position - left as f32)

@@ -4,8 +4,8 @@
 //!
 //! An isotropic reciprocal reflectance depends on θh, θd and |cosφd| alone. The table holds, per
 //! colour, B = Σ_lobes (ρs/Σρs)·F·D·(G1(wi)/cosθi)·(G1(wo)/cosθo), finite down to the horizon;
-//! f = ρd/π + Σρs/π·B. Texels are B/q with q = Σ_lobes (ρs/Σρs)·4 D(0) v² max|F|/65504 and v the
-//! largest G1/cosθ: the largest texel stays below what a half float holds. With tanθh = √x,
+//! f = ρd/π + Σρs/π·B. Texels are B/q with q = Σ_lobes (ρs/Σρs)·4 D(0) v² max|F|/65504 (more where
+//! D is largest off the normal) and v the largest G1/cosθ: the largest texel stays below what a half float holds. With tanθh = √x,
 //!
 //! ```text
 //! cosθi, cosθo = cosθh cosθd ∓ sinθh sinθd |cosφd|
@@ -18,7 +18,8 @@ use half::f16;
 use half::slice::HalfFloatSliceExt as _;
 use rayon::prelude::*;
 
-use crate::brdf::Lobe;
+use crate::brdf::{Lobe, SgdBrdf};
+use crate::lut::attack::attack;
 use crate::lut::axis::{Axis, Variable, Warp};
 use crate::lut::probe::Probe;
 use crate::lut::quantity::{Encoding, Quantity};
@@ -279,11 +280,18 @@ fn lobe_scale(lobe: &Lobe<Sgd>) -> f64 {
     largest_product(lobe) * if fresnel > 0.0 { fresnel } else { 1.0 }
 }
 
-/// 4 D(0) v²/65504 with v the largest G1/cosθ, its limit at grazing.
+/// 4 D(0) v²/65504 with v the largest G1/cosθ, its limit at grazing or, of very rough lobes, its 1
+/// at the normal; 3 times the largest D where that is more.
 fn largest_product(lobe: &Lobe<Sgd>) -> f64 {
     const GRAZING: f64 = 1e-12;
-    let visibility = lobe.g1(GRAZING) / GRAZING;
-    4.0 * lobe.distribution.peak() * visibility * visibility / 65504.0
+    let visibility = f64::max(lobe.g1(GRAZING) / GRAZING, 1.0);
+    let room = f64::max(4.0, 3.0 * largest_density(lobe.distribution.alpha()));
+    room * lobe.distribution.peak() * visibility * visibility / 65504.0
+}
+
+/// D/D(0) at most: the power law falls, and e^{−x/α} (1+x)² is largest at x = 2α − 1.
+fn largest_density(alpha: f64) -> f64 {
+    if alpha > 0.5 { 4.0 * alpha * alpha * (1.0 / alpha - 2.0).exp() } else { 1.0 }
 }
 
 /// q of a colour: the value that a texel of 1 stands for.
@@ -322,6 +330,21 @@ pub fn measure(table: &Table, probes: &[Probe]) -> f64 {
         of(Filter::Fetched).max(of(Filter::Hardware))
     };
     probes.par_iter().map(error).reduce(|| 0.0, f64::max)
+}
+
+/// The probe with the largest error that climbs from the worst few of `probes` find.
+#[must_use]
+pub fn attacked<'a>(
+    table: &Table,
+    brdf: &SgdBrdf,
+    probes: impl Iterator<Item = &'a Probe>,
+) -> Vec<Probe> {
+    const CLIMBS: usize = 8;
+    let error = |probe: &Probe| measure(table, std::slice::from_ref(probe));
+    let mut starts: Vec<(f64, &Probe)> = probes.map(|probe| (error(probe), probe)).collect();
+    starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    starts.truncate(CLIMBS);
+    starts.into_par_iter().map(|(_, start)| attack(brdf, start, error).1).collect()
 }
 
 /// The 3D table of a row, in search of its size.
@@ -380,7 +403,7 @@ impl Sizable for Volume<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{MaskingKind, SgdBrdf};
+    use crate::brdf::MaskingKind;
     use crate::lut::row::Rows;
     use crate::material::catalog;
     use crate::microfacet::Accuracy;

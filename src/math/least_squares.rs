@@ -159,6 +159,17 @@ const MAX_STEPS: usize = 60;
 /// Each step solves the damped normal equations inside the box exactly ([`box_quadratic`]), so a
 /// bound that is active at the solution costs nothing.
 pub fn minimise(
+    equations: impl FnMut(&DVector<f64>) -> NormalEquations,
+    start: &DVector<f64>,
+    bounds: &Bounds,
+    tolerance: f64,
+) -> Minimum {
+    minimise_in(MAX_STEPS, equations, start, bounds, tolerance)
+}
+
+/// [`minimise`] in at most `steps` steps.
+pub fn minimise_in(
+    steps: usize,
     mut equations: impl FnMut(&DVector<f64>) -> NormalEquations,
     start: &DVector<f64>,
     bounds: &Bounds,
@@ -167,7 +178,7 @@ pub fn minimise(
     let mut x = bounds.clamp(start);
     let mut at = equations(&x);
     let mut damping = 1e-4;
-    for _ in 0..MAX_STEPS {
+    for _ in 0..steps {
         let step = box_quadratic(&damped(&at.hessian, damping), &at.gradient, &bounds.shifted(&x));
         let next_x = bounds.clamp(&(&x + step));
         let next = equations(&next_x);

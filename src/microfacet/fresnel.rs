@@ -30,13 +30,20 @@ impl Fresnel {
     }
 
     /// The least and the largest F over cosθd in [0, 1].
+    #[must_use]
+    pub fn range(&self) -> [f64; 2] {
+        self.range_over([0.0, 1.0])
+    }
+
+    /// The least and the largest F over an interval of cosθd.
     ///
     /// At the ends, or where dF/dcosθd = 0: (1−cosθd)⁴ = −f1/(5 (f90−f0)).
     #[must_use]
-    pub fn range(&self) -> [f64; 2] {
+    pub fn range_over(&self, [from, to]: [f64; 2]) -> [f64; 2] {
         let power = -self.f1 / (5.0 * (self.f90 - self.f0));
-        let turn = (0.0..=1.0).contains(&power).then(|| self.eval(1.0 - power.sqrt().sqrt()));
-        let ends = [self.eval(0.0), self.eval(1.0)].into_iter().chain(turn);
+        let turn = 1.0 - power.sqrt().sqrt();
+        let turn = (from..=to).contains(&turn).then(|| self.eval(turn));
+        let ends = [self.eval(from), self.eval(to)].into_iter().chain(turn);
         ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], f| [low.min(f), high.max(f)])
     }
 

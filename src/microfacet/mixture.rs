@@ -141,7 +141,7 @@ impl Distribution for BeckmannMixture {
 }
 
 /// Mixtures of one set of widths: a column of weights for each lobe of a material.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SharedMixture {
     /// Widths, ascending.
     pub alpha: Vec<f64>,

@@ -141,6 +141,12 @@ impl Sgd {
         self.mixture.widths()
     }
 
+    /// The Beckmann mixture that its masking is made of.
+    #[must_use]
+    pub fn mixture(&self) -> &BeckmannMixture {
+        &self.mixture
+    }
+
     /// D in closed form.
     #[must_use]
     pub fn closed_form(&self) -> &SgdNdf {
