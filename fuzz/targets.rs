@@ -5,10 +5,9 @@ use std::{fs, io, path::Path};
 
 use sgdbake::{
     brdf::Reflectance as _,
-    cli::{assignment, inspect},
     material,
     measurement::Measurement,
-    scene::{Pattern, Scene, SlotId, resolve},
+    scene::{Assignment, Contents, Pattern, Scene, SlotId, resolve},
 };
 
 /// A .glb.
@@ -39,7 +38,7 @@ pub fn material(bytes: &[u8]) {
 
 /// An assignment file, its patterns resolved.
 pub fn assignment(bytes: &[u8]) {
-    let Ok(assignments) = assignment::parse(&String::from_utf8_lossy(bytes)) else { return };
+    let Ok(assignments) = Assignment::parse_file(&String::from_utf8_lossy(bytes)) else { return };
     let patterns: Vec<_> =
         assignments.into_iter().map(|a| (Pattern::new(&a.slot), a.material)).collect();
     if let Ok(ball) = Scene::ball(2) {
@@ -49,8 +48,8 @@ pub fn assignment(bytes: &[u8]) {
 
 /// A manifest, and the same bytes as a texture.
 pub fn manifest(bytes: &[u8]) {
-    let _ = inspect::of_manifest(&String::from_utf8_lossy(bytes));
-    let _ = inspect::of_texture(bytes);
+    let _ = Contents::of_manifest(&String::from_utf8_lossy(bytes));
+    let _ = Contents::of_texture(bytes);
 }
 
 /// A measurement in any format; what is read has a value everywhere, and can be written again.
@@ -82,8 +81,8 @@ fn scene(name: &str, bytes: &[u8], beside: &[(&str, &[u8])]) {
     }
     let Ok(scene) = Scene::open(&path) else { return };
     let slots = scene.slots();
-    let replacement = super::replacement();
-    let assigned: Vec<_> = slots.iter().map(|slot| (slot.id, &replacement)).collect();
+    let asset = super::asset();
+    let assigned: Vec<_> = slots.iter().map(|slot| (slot.id, &asset)).collect();
     for target in ["out.glb", "out.gltf"] {
         let target = folder.path().join(target);
         for assigned in [&assigned[..], &[]] {

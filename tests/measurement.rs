@@ -11,13 +11,13 @@ use std::io::Cursor;
 use std::process::{Command, Output};
 
 use glam::DVec3;
+use sgdbake::brdf::MaskingKind;
 use sgdbake::brdf::{Reflectance, SgdBrdf};
 use sgdbake::material::find;
 use sgdbake::math::direction::spherical;
 use sgdbake::measurement::deviation::Deviation;
 use sgdbake::measurement::symmetry::{Spread, symmetric_pairs};
 use sgdbake::measurement::{Filled, Format, HalfDifference, Measurement, Merl, Rgl, merl};
-use sgdbake::microfacet::masking::MaskingKind;
 
 fn sgd(name: &str) -> SgdBrdf {
     SgdBrdf::new(&find(name).unwrap().material, MaskingKind::Fitted)

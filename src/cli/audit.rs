@@ -1,18 +1,16 @@
 //! `sgdbake audit`: the model's laws, and what the published numbers do beyond them.
 
-use std::path::PathBuf;
-
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
 use crate::cli::measured;
 use crate::cli::output::Output;
-use crate::cli::selection;
-use crate::report::audit::{Audit, audit};
-use crate::report::audit_page::markdown;
-use crate::report::measured::{MeasuredAudit, audit_measured};
-use crate::report::measured_page;
+use crate::cli::selection::Subjects;
+use sgdbake::report::audit::{Audit, audit};
+use sgdbake::report::audit_page::markdown;
+use sgdbake::report::measured::{MeasuredAudit, audit_measured};
+use sgdbake::report::measured_page;
 
 /// Checks the laws of the model for materials, and reports where their numbers gain energy, leave
 /// [0, 1] or the range of half floats.
@@ -29,22 +27,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Materials and measurements.
-#[derive(Debug, clap::Args)]
-#[group(required = true, multiple = true)]
-struct Subjects {
-    /// A catalogue name or the path of a material file; may be given more than once
-    #[arg(long, value_name = "MATERIAL", conflicts_with = "all")]
-    material: Vec<String>,
-    /// The whole catalogue
-    #[arg(long)]
-    all: bool,
-    /// A measurement (MERL .binary, RGL .bsdf or .csv of samples): its coverage, noise,
-    /// reciprocity and energy; may be given more than once
-    #[arg(long, value_name = "FILE")]
-    measured: Vec<PathBuf>,
-}
-
 #[derive(Serialize)]
 struct Report {
     schema: &'static str,
@@ -56,7 +38,7 @@ struct Report {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let subjects = &arguments.subjects;
-    let materials = selection::materials(&subjects.material, subjects.all)?;
+    let materials = subjects.materials()?;
     let bar = output.progress((materials.len() + subjects.measured.len()) as u64, "audit");
     let audits: Vec<Audit> = materials.par_iter().map(audit).inspect(|_| bar.inc(1)).collect();
     let measurements: Vec<MeasuredAudit> = subjects

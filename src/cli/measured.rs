@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::cli::failure::Failure;
-use crate::measurement::{Measurement, MeasurementError, Problem};
+use sgdbake::measurement::{Measurement, MeasurementError, Problem};
 
 /// Reads a measurement.
 ///

@@ -5,16 +5,19 @@ pub mod assignment;
 pub mod failure;
 pub mod inspect;
 pub mod output;
+pub mod ownership;
 pub mod selection;
+pub mod terminal;
 
 mod audit;
 mod bake;
 mod completions;
-mod dressing;
 mod eval;
 mod evaluator;
 mod export;
+mod file_names;
 mod fit;
+mod input;
 mod man;
 mod materials;
 mod measured;
@@ -39,11 +42,17 @@ use output::Output;
 #[derive(Debug, Parser)]
 #[command(name = "sgdbake", version, max_term_width = 100, after_help = EXIT_CODES)]
 pub struct Cli {
-    /// Threads to use; all cores by default
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    /// Threads to use, 1 to 512; all cores by default
+    #[arg(
+        long,
+        global = true,
+        value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=512),
+        help_heading = "Global options"
+    )]
     threads: Option<u16>,
     /// No progress bars and no notes on stderr
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Global options")]
     quiet: bool,
     #[command(subcommand)]
     command: Command,

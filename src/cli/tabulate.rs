@@ -5,17 +5,18 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::brdf::{ChannelBrdf, Reflectance, SgdBrdf};
+use crate::cli::evaluator::MaskingChoice;
 use crate::cli::failure::Failure;
 use crate::cli::measured;
-use crate::cli::output::{Output, Writing, refuse_foreign, write_with};
+use crate::cli::output::{NewFile, Output, Writing};
+use crate::cli::preview::ModelChoice;
 use crate::cli::selection;
-use crate::encode::GENERATOR;
-use crate::material::Material;
-use crate::measurement::deviation::Deviation;
-use crate::measurement::{Filled, Format, INCIDENCES, Merl, Rgl, merl};
-use crate::microfacet::masking::MaskingKind;
-use crate::preview::Model;
+use sgdbake::brdf::{MaskingKind, Reflectance, SgdBrdf};
+use sgdbake::encode::GENERATOR;
+use sgdbake::material::Material;
+use sgdbake::measurement::deviation::Deviation;
+use sgdbake::measurement::{Filled, Format, INCIDENCES, Merl, Rgl, merl};
+use sgdbake::preview::Model;
 
 /// Stores a material, a fit to it or a measurement as a file of measured reflectance.
 ///
@@ -36,10 +37,10 @@ pub struct Arguments {
     output: PathBuf,
     /// The model of the material to store
     #[arg(long, value_enum, default_value_t, conflicts_with = "measured")]
-    model: Model,
+    model: ModelChoice,
     /// The masking function of the model 'sgd'
     #[arg(long, value_enum, default_value_t, conflicts_with = "measured")]
-    masking: MaskingKind,
+    masking: MaskingChoice,
     #[command(flatten)]
     writing: Writing,
     /// Machine-readable report
@@ -79,16 +80,29 @@ enum Table {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let format = format(&arguments.output)?;
+    let inputs = arguments.source.inputs();
+    arguments.check(format, &inputs)?;
     let (name, reflectance) = source(arguments)?;
-    refuse(&arguments.output, format, arguments.writing.force)?;
     let error = if arguments.writing.dry_run {
         None
     } else {
         let table = tabulate(format, &name, reflectance.as_ref(), output);
-        write_with(&arguments.output, |file| table.write_to(file))?;
+        let file = NewFile::new(&arguments.output, |file| {
+            let mut writer = io::BufWriter::new(file);
+            table.write_to(&mut writer).and_then(|()| io::Write::flush(&mut writer))
+        });
+        arguments.writing.write_all(&[file], &inputs)?;
         Deviation::of(&table, reflectance.as_ref())
     };
     report(arguments, format, error, output)
+}
+
+impl Source {
+    /// The paths that are read.
+    fn inputs(&self) -> Vec<&Path> {
+        let material = self.material.as_deref().map(Path::new);
+        material.into_iter().chain(self.measured.as_deref()).collect()
+    }
 }
 
 /// The format by the file's ending.
@@ -107,8 +121,8 @@ fn source(arguments: &Arguments) -> Result<(String, Box<dyn Reflectance>), Failu
         return Ok((measured::name(path), Box::new(measured::read(path)?)));
     }
     let material = selection::material(arguments.source.material.as_deref().unwrap_or_default())?;
-    let reflectance = match arguments.model {
-        Model::Sgd => Box::new(exact(&material, arguments.masking)),
+    let reflectance: Box<dyn Reflectance> = match arguments.model.into() {
+        Model::Sgd => Box::new(exact(&material, arguments.masking.into())),
         model => model.reflectance(&material)?,
     };
     Ok((material.name, reflectance))
@@ -116,17 +130,18 @@ fn source(arguments: &Arguments) -> Result<(String, Box<dyn Reflectance>), Failu
 
 /// SGD in double precision, its exact masking from a table.
 fn exact(material: &Material, masking: MaskingKind) -> SgdBrdf {
-    let channel = |params| ChannelBrdf::new(params, masking).tabulated();
-    SgdBrdf { channels: material.channels.each_ref().map(channel) }
+    SgdBrdf::new(material, masking).tabulated()
 }
 
-/// Refuses to replace what may be another's: a MERL file has no room for the writer's name.
-fn refuse(path: &Path, format: Format, force: bool) -> Result<(), Failure> {
-    if format == Format::Merl && path.is_file() && !force {
-        return Err(Failure::job(format!("{} exists", path.display()))
-            .help("choose another output path, or overwrite it with --force"));
+impl Arguments {
+    /// Refuses to replace a file of another writer; a MERL file has no room for the writer's name.
+    fn check(&self, format: Format, inputs: &[&Path]) -> Result<(), Failure> {
+        if format == Format::Merl && self.output.is_file() && !self.writing.force {
+            return Err(Failure::job(format!("{} exists", self.output.display()))
+                .help("choose another output path, or overwrite it with --force"));
+        }
+        self.writing.check([self.output.as_path()], inputs)
     }
-    refuse_foreign(path, force)
 }
 
 fn tabulate(format: Format, name: &str, reflectance: &dyn Reflectance, output: &Output) -> Table {
@@ -172,8 +187,7 @@ fn report(
         let path = &arguments.output;
         return output.json(&Report { schema: "sgdbake/tabulate/1", dry_run, path, format, error });
     }
-    let verb = if dry_run { "would write" } else { "wrote" };
-    output.line(format!("{verb} {}", arguments.output.display()))?;
+    output.written(&arguments.output, arguments.writing)?;
     error.map_or(Ok(()), |Deviation { pairs, median, percentile_95, largest }| {
         let [median, most, largest] = [median, percentile_95, largest].map(|error| 100.0 * error);
         output.line(format!(

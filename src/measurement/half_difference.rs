@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::math::direction::{half_sum, spherical};
+use crate::math::direction::spherical;
 
 /// The angles that an isotropic reflectance depends on \[rad\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +23,7 @@ impl HalfDifference {
     /// The angles of unit `wi`, `wo`.
     #[must_use]
     pub fn of(wi: DVec3, wo: DVec3) -> Self {
-        let h = half_sum(wi, wo);
+        let h = wi + wo;
         let across = h.x.hypot(h.y);
         let theta_h = across.atan2(h.z);
         // At θh = 0 every azimuth is the same pair; 0 is as good as any.

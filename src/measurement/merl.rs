@@ -22,7 +22,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::brdf::Reflectance;
-use crate::brdf::eval::above_horizon;
+use crate::math::direction::above_horizon;
 use crate::measurement::error::Problem;
 use crate::measurement::half_difference::HalfDifference;
 use crate::measurement::{NOT_MEASURED, Sample};

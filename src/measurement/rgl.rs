@@ -18,8 +18,7 @@ use std::io::{self, Read, Seek, Write};
 use glam::{DVec2, DVec3};
 
 use crate::brdf::Reflectance;
-use crate::brdf::eval::above_horizon;
-use crate::math::direction::{cos_theta, half_sum, normalised, sin_theta, spherical};
+use crate::math::direction::{above_horizon, cos_theta, normalised, sin_theta, spherical};
 use crate::measurement::Sample;
 use crate::measurement::error::{Problem, TensorProblem};
 use crate::measurement::tensor_file::{self, Data, Tensor, TensorFile};
@@ -189,7 +188,7 @@ impl Reflectance for Rgl {
     /// f(wi, wo) \[1/sr\]; 0 below the horizon. Negative values, which colours outside the gamut
     /// have, are 0.
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        let m = normalised(half_sum(wi, wo)).filter(|_| above_horizon(wi) && above_horizon(wo));
+        let m = normalised(wi + wo).filter(|_| above_horizon(wi) && above_horizon(wo));
         let Some(m) = m else { return [0.0; 3] };
         let theta_i = theta(wi);
         let place = Place::of(theta_i, &self.theta_i);

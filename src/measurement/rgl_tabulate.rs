@@ -12,8 +12,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::brdf::Reflectance;
-use crate::brdf::eval::above_horizon;
-use crate::math::direction::{cos_theta, sin_theta, spherical};
+use crate::math::direction::{above_horizon, cos_theta, sin_theta, spherical};
 use crate::measurement::half_difference::HalfDifference;
 use crate::measurement::rgl::{Rgl, half_vector_at, solid_angle_of_wo};
 use crate::measurement::warp::{Grid, Place, Warp, node};

@@ -12,8 +12,7 @@ use glam::{DVec3, Vec3};
 use kd_tree::KdTree4;
 
 use crate::brdf::Reflectance;
-use crate::brdf::eval::above_horizon;
-use crate::math::direction::{normalised, spherical};
+use crate::math::direction::{above_horizon, normalised, spherical};
 use crate::measurement::error::{Problem, RowProblem};
 use crate::measurement::half_difference::HalfDifference;
 use crate::measurement::{NOT_MEASURED, Sample};

@@ -5,12 +5,10 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
-use crate::brdf::eval::above_horizon;
 use crate::brdf::sampler::{Sampler, Strategy, Towards};
-use crate::brdf::{Reflectance, SgdBrdf};
+use crate::brdf::{MaskingKind, Reflectance, SgdBrdf};
 use crate::material::{Material, catalog};
-use crate::math::direction::spherical;
-use crate::microfacet::masking::MaskingKind;
+use crate::math::direction::{above_horizon, spherical};
 use crate::preview::ball::{TO_VIEWER, frame};
 use crate::preview::colour::luminance;
 use crate::preview::environment::{Arriving, Environment};

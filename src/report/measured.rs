@@ -7,9 +7,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::brdf::Reflectance;
-use crate::brdf::eval::above_horizon;
 use crate::material::Channel;
-use crate::math::direction::spherical;
+use crate::math::direction::{above_horizon, spherical};
 use crate::measurement::symmetry::Spread;
 use crate::measurement::{Format, Measurement, Sample};
 use crate::report::audit::AlbedoAt;
@@ -163,9 +162,9 @@ fn albedo(reflectance: &dyn Reflectance, wo: DVec3) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::MaskingKind;
     use crate::brdf::{SgdBrdf, directional_albedo};
     use crate::material::find;
-    use crate::microfacet::masking::MaskingKind;
 
     #[test]
     fn the_albedo_is_that_of_the_exact_quadrature() {
