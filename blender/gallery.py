@@ -29,13 +29,13 @@ def main(argv):
     args = parser.parse_args(argv)
 
     stage.clear()
-    from sgd_materials import operators
+    from sgd_materials import importing
 
     ball = stage.ball()
     stage.environment()
     stage.camera([ball])
     bpy.context.scene.render.use_persistent_data = True
-    pairs = [_pair(ball, material, args) for material in operators.import_manifest(args.manifest, "", "FIT")]
+    pairs = [_pair(ball, material, args) for material in importing.import_file(args.manifest, "", "FIT")]
     stage.write_png(args.output, _grid(pairs))
 
 

@@ -71,11 +71,11 @@ def main(argv):
 
 def _rows(args):
     """(objects, material to put on them or None) for each row of the picture."""
-    from sgd_materials import material, operators
+    from sgd_materials import importing, material
     from sgd_materials.manifest import FormatError
 
     if args.input.suffix == ".json":
-        made = [each for name in args.material or [""] for each in operators.import_manifest(args.input, name, "FIT")]
+        made = [each for name in args.material or [""] for each in importing.import_file(args.input, name, "FIT")]
         made = made if args.material else made[:1]
         scene = []
     else:

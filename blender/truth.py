@@ -174,9 +174,9 @@ def relative_rms(seen, true):
 def sun_errors(library, manifest, name, modes):
     """The relative RMS error of each mode, the larger of the two suns."""
     view = SunBall()
-    from sgd_materials import material, operators
+    from sgd_materials import importing, material
 
-    shown = operators.import_manifest(manifest, name, "FIT")[0]
+    shown = importing.import_file(manifest, name, "FIT")[0]
     half_angle, worst = library.half_angle(name), dict.fromkeys(modes, 0.0)
     for degrees in SUNS_DEGREES:
         pixels = {mode: [] for mode in ("TRUTH", *modes)}
@@ -195,12 +195,12 @@ def sun_errors(library, manifest, name, modes):
 def furnace_error(library, manifest, name, mode, samples=64):
     """Relative RMS error of the albedo over the angles and channels."""
     stage.clear()
-    from sgd_materials import operators
+    from sgd_materials import importing
 
     plates = stage.tilted_plates(FURNACE_DEGREES)
     stage.pixel_centres()  # a wider filter would reach past the plates' edges
     stage.constant_world(1.0)
-    shown = operators.import_manifest(manifest, name, mode)[0]
+    shown = importing.import_file(manifest, name, mode)[0]
     for plate in plates:
         plate.data.materials.append(shown)
     with tempfile.TemporaryDirectory() as folder:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """SGD materials from sgdbake in Blender: import, three ways to render, glTF in and out."""
 
-from . import material, operators, panel
+from . import assets, browser, fallback, material, operators, panel, preferences, rendering, watch
 # Blender's glTF importer and exporter look these up by name in the add-on's module.
 from .gltf import (  # noqa: F401
     glTF2_post_export_callback,
@@ -10,7 +10,7 @@ from .gltf import (  # noqa: F401
     glTF2ImportUserExtension,
 )
 
-MODULES = (material, operators, panel)
+MODULES = (preferences, material, fallback, rendering, browser, assets, operators, panel, watch)
 
 
 def register():

@@ -5,9 +5,7 @@ import copy
 import importlib
 import os
 
-import bpy
-
-from . import material
+from . import fallback, material
 from .manifest import EXTENSION_NAME, FormatError, read_extension
 
 MIME_TYPES = {"exr": "image/x-exr", "png": "image/png"}
@@ -27,7 +25,7 @@ class glTF2ImportUserExtension:
             return
         try:
             source = read_extension(extension, lambda index: _buffer_view(gltf, index), os.path.dirname(gltf.filename))
-            material.attach(blender_material, source)
+            fallback.adopt(blender_material, source)
         except FormatError as error:
             gltf.log.error(f"{gltf_material.name}: {error}")
 
@@ -43,25 +41,34 @@ class glTF2ExportUserExtension:
     def gather_material_hook(self, gltf_material, blender_material, export_settings):
         if not material.is_sgd(blender_material):
             return
-        source = material.detach_source(blender_material)
-        extension = {**source.description, "textures": [_texture(texture) for texture in source.textures]}
+        try:
+            about, textures = material.description(blender_material), _textures(blender_material, export_settings)
+        except FormatError as error:
+            export_settings["log"].error(f"{blender_material.name}: {error}", popup=True)
+            return
+        extension = {**about, "textures": textures}
+        gltf_material.extensions = gltf_material.extensions or {}
         gltf_material.extensions[EXTENSION_NAME] = self.Extension(EXTENSION_NAME, extension, required=False)
-        gltf_material.extras = _extras(gltf_material.extras, source.description)
+        gltf_material.extras = _extras(gltf_material.extras, about)
 
 
 def glTF2_pre_export_callback(export_settings):
-    """The exporter reads the Principled BSDF that is linked to the output: links it."""
-    for each in _sgd_materials():
-        material.link(each, "FIT")
+    """The exporter reads a Principled BSDF that is linked to the output: links one for as long."""
+    fallback.show_all()
 
 
 def glTF2_post_export_callback(export_settings):
-    for each in _sgd_materials():
-        material.show(each)
+    fallback.restore_all()
 
 
-def _sgd_materials():
-    return [each for each in bpy.data.materials if material.is_sgd(each)]
+def _textures(blender_material, export_settings):
+    """The lookup textures; none, said aloud, where a file is missing: the parameters are written all the same."""
+    try:
+        return [_texture(each) for each in material.detach_source(blender_material).textures]
+    except FormatError as error:
+        export_settings["log"].warning(f"{blender_material.name}: exported without lookup textures: {error}",
+                                       popup=True)
+        return []
 
 
 def _buffer_view(gltf, index):
@@ -84,7 +91,7 @@ def _binary_data(data):
     return module.BinaryData(data)
 
 
-def _extras(extras, description):
+def _extras(extras, about):
     """extras.sgd, which generic tools keep, without this extension's own property."""
     kept = {key: value for key, value in (extras or {}).items() if key != material.PROPERTY}
-    return {**kept, "sgd": {key: description[key] for key in ("version", "name", "channels")}}
+    return {**kept, "sgd": {key: about[key] for key in ("version", "name", "diffuse", "lobes")}}

@@ -63,6 +63,10 @@ class Graph:
         self.connect(separate.inputs[0], vector)
         return self.combine(*(self.math(operation, output) for output in separate.outputs))
 
+    def mix(self, factor, first, second):
+        """first + factor (second - first)."""
+        return self.vector("ADD", first, self.scale(self.vector("SUBTRACT", second, first), factor))
+
     def add_shaders(self, shaders):
         """The sum of the shader outputs, of which there is at least one."""
         total, *rest = shaders
@@ -73,16 +77,8 @@ class Graph:
             total = node.outputs[0]
         return total
 
-
-def shader_group(name, inputs=()):
-    """An empty group with one shader output; `inputs` are (name, socket type) pairs."""
-    tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
-    for socket, kind in inputs:
-        tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
-    tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
-    return tree
-
-
-def finish(graph, shader):
-    """Makes `shader` the group's output."""
-    graph.tree.links.new(shader, graph.node("NodeGroupOutput").inputs["Shader"])
+    def mix_shaders(self, factor, first, second):
+        node = self.node("ShaderNodeMixShader")
+        for socket, value in zip(node.inputs, (factor, first, second)):
+            self.connect(socket, value)
+        return node.outputs[0]

@@ -3,21 +3,37 @@
 
 from .manifest import FormatError
 
-INTERPOLATION = {"linear": "Linear", "nearest": "Closest"}
+# Whether neighbouring texels are mixed.
+FILTERS = {"linear": True, "nearest": False}
 
 
-def fetch(graph, image, entry, description, x):
-    """The RGB value of a texture at the variable `x` of its first axis, in the material's row."""
-    columns, rows = entry["size"][:2]
-    row = description["row"]
+def fetch(graph, image, entry, description, row, x):
+    """The RGB value of a row of a texture at the variable `x` of its first axis."""
     u = _coordinate(graph, entry, row, x)
-    texel = graph.node("ShaderNodeTexImage", image=image, extension="EXTEND",
-                       interpolation=_known(INTERPOLATION, entry.get("filter"), "filter", entry))
-    s = graph.math("MULTIPLY_ADD", u, (columns - 1) / columns, 0.5 / columns)
-    graph.connect(texel.inputs["Vector"], graph.combine(s, 1.0 - (row + 0.5) / rows, 0.0))
     encoding = entry["encoding"]
     decode = _known(ENCODINGS, encoding.get("kind"), "encoding", entry)
-    return decode(graph, encoding, description, u, texel.outputs["Color"])
+    return decode(graph, encoding, description, u, _texel(graph, image, entry, row, u))
+
+
+def _texel(graph, image, entry, row, u):
+    """The row's texels at u, mixed as the filter says.
+
+    Two fetches of one texel each: Eevee's own filter mixes rows and sizes where x jumps between pixels.
+    """
+    columns, rows = entry["size"][:2]
+    linear = _known(FILTERS, entry.get("filter"), "filter", entry)
+    position = graph.math("MULTIPLY", u, float(columns - 1))
+    left = graph.math("FLOOR", position if linear else graph.math("ADD", position, 0.5))
+
+    def at(column):
+        node = graph.node("ShaderNodeTexImage", image=image, extension="EXTEND", interpolation="Closest")
+        s = graph.math("MULTIPLY_ADD", column, 1.0 / columns, 0.5 / columns)
+        graph.connect(node.inputs["Vector"], graph.combine(s, 1.0 - (row + 0.5) / rows, 0.0))
+        return node.outputs["Color"]
+
+    if not linear:
+        return at(left)
+    return graph.mix(graph.math("SUBTRACT", position, left), at(left), at(graph.math("ADD", left, 1.0)))
 
 
 def _coordinate(graph, entry, row, x):

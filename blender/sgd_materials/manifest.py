@@ -10,11 +10,17 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-MANIFEST_SCHEMA = "sgdbake/manifest/1"
+MANIFEST_SCHEMA = "sgdbake/manifest/2"
 EXTENSION_NAME = "SGD_materials_shifted_gamma"
-EXTENSION_VERSION = 1
+EXTENSION_VERSION = 2
+SHAPE = ("alpha", "p")
+MASKING = ("lambda", "c", "k")
+COLOURS = ("rho_s", "f0", "f1")
+MAX_LOBES = 3
+EMPTY = {"lobes": [], "ndf_peak": [], "mixture": {"alpha": [], "weights": []}, "row": None, "fresnel_rows": []}
+# Version 1 had one lobe per colour channel.
+OLD_SCHEMA = "sgdbake/manifest/1"
 CHANNELS = ("r", "g", "b")
-PARAMETERS = ("rho_d", "rho_s", "alpha", "p", "f0", "f1", "lambda", "c", "k")
 
 
 class FormatError(Exception):
@@ -49,9 +55,9 @@ def read_manifest(path):
     path = Path(path)
     where = path.name
     document = _read_json(path)
-    if document.get("schema") != MANIFEST_SCHEMA:
-        raise FormatError(f"{where}: schema is {document.get('schema')!r}; "
-                          f"this extension reads {MANIFEST_SCHEMA!r}")
+    if document.get("schema") not in (MANIFEST_SCHEMA, OLD_SCHEMA):
+        raise FormatError(f"{where}: schema is {document.get('schema')!r}; this extension reads "
+                          f"{MANIFEST_SCHEMA!r}, the manifest.json of sgdbake bake")
     textures = [_texture(entry, path.parent, f"{where}: textures[{i}]")
                 for i, entry in enumerate(_list(document, "textures", where))]
     return [_manifest_material(entry, textures, f"{where}: materials[{i}]")
@@ -65,39 +71,74 @@ def read_extension(extension, buffer_view, folder):
     relative uri starts (None where there are no files).
     """
     version = extension.get("version")
-    if version != EXTENSION_VERSION:
-        raise FormatError(f"{EXTENSION_NAME}: version is {version!r}; "
-                          f"this extension reads version {EXTENSION_VERSION}")
+    if version not in (1, EXTENSION_VERSION):
+        raise FormatError(f"{EXTENSION_NAME}: version is {version!r}; this extension reads versions 1 and "
+                          f"{EXTENSION_VERSION}. Update the extension, or export the scene again with this sgdbake")
     textures = tuple(_embedded_texture(entry, buffer_view, folder, f"{EXTENSION_NAME}: textures[{i}]")
-                     for i, entry in enumerate(_list(extension, "textures", EXTENSION_NAME)))
-    return Material(description(extension, EXTENSION_NAME), textures)
+                     for i, entry in enumerate(_list({"textures": [], **extension}, "textures", EXTENSION_NAME)))
+    # Blender's glTF exporter leaves out what is null or empty.
+    return Material(description({**EMPTY, **extension}, EXTENSION_NAME), textures)
 
 
 def description(entry, where):
     """The part of a material's entry that manifest and glTF extension share, checked."""
-    channels = _get(entry, "channels", dict, where)
-    for channel in CHANNELS:
-        _check_channel(_get(channels, channel, dict, f"{where}: channels"), f"{where}: channels.{channel}")
-    lobes = _get(entry, "lobes", dict, where)
-    alphas, weights = _list(lobes, "alpha", where), _list(lobes, "weights", where)
-    if len(alphas) != len(weights) or any(len(weight) != 3 for weight in weights):
-        raise FormatError(f"{where}: lobes has {len(alphas)} alpha and {len(weights)} weights; "
-                          "each alpha needs one [r, g, b] weight")
-    return {
+    if "channels" in entry:
+        entry = _from_version_1(entry, where)
+    given = _list(entry, "lobes", where)
+    if len(given) > MAX_LOBES:
+        raise FormatError(f"{where}: lobes has {len(given)} entries; expected at most {MAX_LOBES}")
+    for i, lobe in enumerate(given):
+        _check_lobe(lobe, f"{where}: lobes[{i}]")
+    shared = {
         "version": EXTENSION_VERSION,
         "name": _get(entry, "name", str, where),
-        "channels": channels,
-        "ndf_peak": _list(entry, "ndf_peak", where),
-        "lobes": lobes,
+        "diffuse": _numbers(entry, "diffuse", 3, where),
+        "lobes": given,
+        "ndf_peak": _numbers(entry, "ndf_peak", None, where),
+        "mixture": _mixture(_get(entry, "mixture", dict, where), len(given), f"{where}: mixture"),
         "row": _get(entry, "row", (int, type(None)), where),
+        "fresnel_rows": _list(entry, "fresnel_rows", where),
     }
+    return shared | {key: entry[key] for key in ("error",) if isinstance(entry.get(key), dict)}
+
+
+def _mixture(mixture, lobes, where):
+    """The Beckmann mixture: one row of weights per width, one column per lobe."""
+    alphas, weights = _numbers(mixture, "alpha", None, where), _list(mixture, "weights", where)
+    if len(alphas) != len(weights):
+        raise FormatError(f"{where}: {len(alphas)} alpha and {len(weights)} weights; expected as many")
+    return {"alpha": alphas, "weights": [_numbers({"weights": row}, "weights", lobes, where) for row in weights]}
+
+
+def _from_version_1(entry, where):
+    """Version 2 of an entry that had three channels: one lobe for each, which colours it alone."""
+    channels = [_get(_get(entry, "channels", dict, where), name, dict, f"{where}: channels") for name in CHANNELS]
+    for name, channel in zip(CHANNELS, channels):
+        for key in ("rho_d", *SHAPE, *MASKING, *COLOURS):
+            _number(channel, key, f"{where}: channels.{name}")
+    f0, f1 = ([channel[key] for channel in channels] for key in ("f0", "f1"))
+    lobes = [{"alpha": channel["alpha"], "p": channel["p"], "masking": {key: channel[key] for key in MASKING},
+              "rho_s": [channel["rho_s"] if i == j else 0.0 for j in range(3)], "f0": f0, "f1": f1}
+             for i, channel in enumerate(channels)]
+    row = entry.get("row")
+    return {"name": entry.get("name"), "diffuse": [channel["rho_d"] for channel in channels], "lobes": lobes,
+            "ndf_peak": entry.get("ndf_peak"), "mixture": entry.get("lobes"), "row": row,
+            "fresnel_rows": [] if row is None else [row] * 3}
+
+
+def rows_of(description, quantity):
+    """The texture rows that a material's lobes read of a quantity."""
+    if description["row"] is None:
+        return []
+    return description["fresnel_rows"] if quantity == "fresnel" else [description["row"]]
 
 
 def _manifest_material(entry, textures, where):
     shared = description(entry, where)
     for texture in textures:
-        if shared["row"] is not None and shared["row"] >= texture.entry["size"][1]:
-            raise FormatError(f"{where}: row is {shared['row']}; {texture.quantity} has {texture.entry['size'][1]} rows")
+        rows, used = texture.entry["size"][1], rows_of(shared, texture.quantity)
+        if max(used, default=0) >= rows:
+            raise FormatError(f"{where}: row is {max(used)}; {texture.quantity} has {rows} rows")
     return Material(shared, tuple(textures), _get(entry, "gltf", dict, where))
 
 
@@ -129,11 +170,11 @@ def _check_texture(entry, where):
     return _get(entry, "quantity", str, where)
 
 
-def _check_channel(channel, where):
-    for key in PARAMETERS:
-        value = _get(channel, key, (int, float), where)
-        if not math.isfinite(value):
-            raise FormatError(f"{where}: {key} is {value!r}; expected a finite number")
+def _check_lobe(lobe, where):
+    for key in SHAPE:
+        _number(lobe, key, where)
+    for key in COLOURS:
+        _numbers(lobe, key, 3, where)
 
 
 def _read_json(path):
@@ -154,6 +195,21 @@ def _get(entry, key, kind, where):
         expected = " or ".join(each.__name__ for each in (kind if isinstance(kind, tuple) else (kind,)))
         raise FormatError(f"{where}: {key} is {value!r}; expected {expected}")
     return value
+
+
+def _number(entry, key, where):
+    value = _get(entry, key, (int, float), where)
+    if not math.isfinite(value):
+        raise FormatError(f"{where}: {key} is {value!r}; expected a finite number")
+    return value
+
+
+def _numbers(entry, key, count, where):
+    """A list of finite numbers, of that count where one is given."""
+    values = _list(entry, key, where)
+    if count is not None and len(values) != count:
+        raise FormatError(f"{where}: {key} has {len(values)} numbers; expected {count}")
+    return [_number({key: value}, key, where) for value in values]
 
 
 def _list(entry, key, where):

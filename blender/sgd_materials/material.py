@@ -1,23 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Blender material that keeps its SGD description and shows it in one of four modes."""
+"""A Blender material that keeps its SGD description and shows it in one of four modes.
 
+A node group stands for the material in the artist's graph. A mode is another tree in the same
+node; every link to and from it stays.
+"""
+
+import hashlib
 import json
+from dataclasses import dataclass
 
 import bpy
 
-from . import groups, images
+from . import groups, images, interface, sun
 from .manifest import FormatError, Material, Texture
+from .manifest import description as checked
 
 MODES = (
-    ("FIT", "glTF Fit", "Principled BSDF with the best-fit glTF material: any engine, and what glTF exports"),
-    ("LOBES", "Lobes (OSL)", "Path-traced Beckmann lobes: Cycles on the CPU with Open Shading Language"),
+    ("LOBES", "Lobes (OSL)", "Path-traced Beckmann lobes: Cycles with Open Shading Language. Eevee shows the glTF fit"),
     ("PLAIN", "Lobes (Nodes)", "The lobes as Glossy nodes, Fresnel at the shading normal: any engine, GPU too"),
+    ("FIT", "glTF Fit", "Principled BSDF with the best-fit glTF material: any engine, and what glTF exports"),
     ("SUN", "Exact Under a Sun", "The baked textures evaluated for one sun, shown as emission"),
 )
-BUILDERS = {"LOBES": groups.osl_lobes, "PLAIN": groups.plain_lobes, "SUN": groups.under_a_sun}
+BUILDERS = {"FIT": groups.fit, "LOBES": groups.osl_lobes, "PLAIN": groups.plain_lobes, "SUN": groups.under_a_sun}
 LABELS = {identifier: label for identifier, label, _ in MODES}
-FIT_NODE = "SGD glTF Fit"
+EEVEE_OUTPUT = "Material Output (Eevee)"
 PROPERTY = "sgd_material"
+# Of a material whose fit is not known: Principled's own.
+PLAIN_FIT = {"base_color": [0.8, 0.8, 0.8], "metallic": 0.0, "roughness": 0.5, "specular_factor": 1.0,
+             "specular_color": [1.0, 1.0, 1.0]}
 
 
 class SGDTexture(bpy.types.PropertyGroup):
@@ -31,13 +41,24 @@ class SGDMaterial(bpy.types.PropertyGroup):
     """What a Blender material knows of the SGD material that it shows."""
 
     description: bpy.props.StringProperty(description="The material as JSON; empty for any other material")
+    fit: bpy.props.StringProperty(description="The best-fit glTF material as JSON")
     textures: bpy.props.CollectionProperty(type=SGDTexture)
-    mode: bpy.props.EnumProperty(name="Mode", items=MODES, update=lambda self, context: show(self.id_data))
+    mode: bpy.props.EnumProperty(name="Mode", items=MODES, description="How the measured material is shown",
+                                 update=lambda self, context: show(self.id_data))
     problem: bpy.props.StringProperty(description="Why the chosen mode cannot be shown; empty when it is")
     sun: bpy.props.PointerProperty(
-        name="Sun", type=bpy.types.Object, description="The sun that lights the material in Exact Under a Sun",
-        poll=lambda self, thing: thing.type == "LIGHT" and thing.data.type == "SUN",
-        update=lambda self, context: show(self.id_data))
+        name="Sun", type=bpy.types.Object,
+        description="The sun that lights the material in Exact Under a Sun; the scene's first where none is chosen",
+        poll=lambda self, thing: sun.is_sun(thing), update=lambda self, context: show(self.id_data))
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A material's values for the node groups: `textures` has (image, entry) by quantity."""
+
+    description: dict
+    fit: dict
+    textures: dict
 
 
 def is_sgd(material):
@@ -45,42 +66,69 @@ def is_sgd(material):
 
 
 def description(material):
-    return json.loads(getattr(material, PROPERTY).description)
+    about = json.loads(getattr(material, PROPERTY).description)
+    return checked(about, about.get("name", material.name))
+
+
+def sgd_materials():
+    return [each for each in bpy.data.materials if is_sgd(each)]
 
 
 def create(source, mode):
-    """A new Blender material from a manifest's material, or none and FormatError."""
+    """A Blender material of a manifest's material, or none and FormatError.
+
+    A material of this file that already has the same description is taken as it is.
+    """
+    if (present := find(source)) is not None:
+        return present
     material = bpy.data.materials.new(source.name)
     if material.node_tree is None:
         material.use_nodes = True
+    material.use_fake_user = True  # a material that no object wears yet is saved too
+    material.node_tree.nodes.remove(next(each for each in material.node_tree.nodes if each.type == "BSDF_PRINCIPLED"))
     try:
-        attach(material, source)
-        _write_fit(_fit_node(material), source.gltf)
+        attach(material, source, source.gltf or PLAIN_FIT)
         set_mode(material, mode)
     except FormatError:
         bpy.data.materials.remove(material)
         raise
+    material.diffuse_color = (*fit_of(material)["base_color"], 1.0)
     return material
 
 
-def attach(material, source):
-    """Gives a Blender material, with its Principled fit, the SGD description and textures."""
-    _fit_node(material).name = FIT_NODE
+def fit_of(material):
+    return json.loads(getattr(material, PROPERTY).fit or "null") or PLAIN_FIT
+
+
+def find(source):
+    """The material of this file that a source was imported as."""
+    text = json.dumps(source.description)
+    return next((each for each in sgd_materials()
+                 if each.library is None and getattr(each, PROPERTY).description == text), None)
+
+
+def attach(material, source, fit):
+    """Gives a Blender material the SGD description, the fit and the textures."""
+    loaded = [(texture, images.load(texture)) for texture in source.textures]
     # The correction bends normals that the measured lobes already account for.
     material.cycles.use_bump_map_correction = False
     state = getattr(material, PROPERTY)
     state.textures.clear()
-    for texture in source.textures:
+    for texture, image in loaded:
         item = state.textures.add()
-        item.name, item.image, item.entry = texture.quantity, images.load(texture), json.dumps(texture.entry)
-    state.description = json.dumps(source.description)
+        item.name, item.image, item.entry = texture.quantity, image, json.dumps(texture.entry)
+    state.fit, state.description = json.dumps(fit), json.dumps(source.description)
 
 
 def detach_source(material):
-    """The SGD material as it was read, its textures as bytes."""
+    """The SGD material as it was read, its textures as bytes; FormatError where one is missing."""
     textures = tuple(Texture(item.name, json.loads(item.entry), data=images.image_bytes(item.image))
                      for item in getattr(material, PROPERTY).textures)
     return Material(description(material), textures)
+
+
+def missing_textures(material):
+    return [item.name for item in getattr(material, PROPERTY).textures if not images.available(item.image)]
 
 
 def set_mode(material, mode):
@@ -98,79 +146,71 @@ def show(material):
         return
     state.problem = ""
     try:
-        link(material, state.mode)
-        if state.mode == "SUN":
-            _follow(_mode_node(material, "SUN"), state.sun or _first_sun())
+        tree = group(material, state.mode)
     except FormatError as error:
         state.problem = str(error)
-        link(material, "FIT")
+        tree = group(material, "FIT")
+    for node in nodes(material) or [_place(material, tree)]:
+        node.node_tree = tree
 
 
-def link(material, mode):
-    """Links a mode's node to the material's output without choosing that mode."""
-    node = _fit_node(material) if mode == "FIT" else _mode_node(material, mode)
-    tree = material.node_tree
-    tree.links.new(node.outputs[0], tree.get_output_node("ALL").inputs["Surface"])
+def nodes(material):
+    """The SGD group nodes of a material's graph."""
+    return interface.groups_in(material.node_tree)
 
 
-def _fit_node(material):
-    nodes = material.node_tree.nodes
-    return nodes.get(FIT_NODE) or next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
-
-
-def _mode_node(material, mode):
-    nodes, label = material.node_tree.nodes, f"SGD {LABELS[mode]}"
-    if label in nodes:
-        return nodes[label]
+def group(material, mode):
+    """The node group of a mode, built where this file has none that is the same."""
     state = getattr(material, PROPERTY)
-    textures = {item.name: (item.image, json.loads(item.entry)) for item in state.textures}
-    about = json.loads(state.description)
-    tree = BUILDERS[mode](f"SGD {about['name']} {LABELS[mode]}", about, textures)
-    node = nodes.new("ShaderNodeGroup")
-    node.name = node.label = label
-    node.node_tree, node.location = tree, (0, -700 - 150 * list(BUILDERS).index(mode))
+    source = Shown(description(material), fit_of(material),
+                   {item.name: (item.image, json.loads(item.entry)) for item in state.textures})
+    light = sun.followed(state) if mode == "SUN" else None
+    key = _key(source, mode)
+    for tree in bpy.data.node_groups:
+        if tree.library is None and tree.get(interface.KEY) == key and (mode != "SUN" or sun.drives(tree, light)):
+            if mode != "SUN" or not missing_textures(material):
+                return tree
+    shell = interface.Shell(f"SGD {source.description['name']} {LABELS[mode]}", mode, key)
+    try:
+        BUILDERS[mode](shell, source)
+    except FormatError:
+        bpy.data.node_groups.remove(shell.tree)
+        raise
+    if mode == "SUN":
+        sun.follow(shell.tree, light)
+    return shell.tree
+
+
+def _key(source, mode):
+    images_used = [image.name for image, _ in source.textures.values() if image] if mode == "SUN" else []
+    text = json.dumps([interface.REVISION, mode, source.description, source.fit, images_used], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _place(material, tree):
+    """A new group node, linked to every output that shows nothing."""
+    graph = material.node_tree
+    node = graph.nodes.new("ShaderNodeGroup")
+    node.name = node.label = f"SGD {description(material)['name']}"
+    node.node_tree, node.width = tree, 220
+    _outputs(graph)
+    for output in graph.nodes:
+        if output.type == "OUTPUT_MATERIAL" and not output.inputs["Surface"].is_linked:
+            name = "Eevee" if output.target == "EEVEE" else "Shader"
+            graph.links.new(node.outputs[name], output.inputs["Surface"])
     return node
 
 
-def _write_fit(node, gltf):
-    """glTF metallic-roughness with KHR_materials_specular and clearcoat, as the Principled BSDF has them."""
-    values = {
-        "Base Color": (*gltf["base_color"], 1.0),
-        "Metallic": gltf["metallic"],
-        "Roughness": gltf["roughness"],
-        "IOR": 1.5,
-        "Specular IOR Level": 0.5 * gltf["specular_factor"],
-        "Specular Tint": (*gltf["specular_color"], 1.0),
-        "Coat Weight": gltf.get("clearcoat") or 0.0,
-        "Coat Roughness": gltf.get("clearcoat_roughness") or 0.0,
-    }
-    for name, value in values.items():
-        node.inputs[name].default_value = value
-
-
-def _first_sun():
-    return next((thing for thing in bpy.data.objects if thing.type == "LIGHT" and thing.data.type == "SUN"), None)
-
-
-def _follow(node, sun):
-    """Drives the group's inputs by the sun: its +z axis, and its strength times its colour."""
-    direction, irradiance = node.inputs["Sun Direction"], node.inputs["Irradiance"]
-    if sun is None:
-        direction.default_value, irradiance.default_value = (0.0, 0.0, 1.0), (1.0, 1.0, 1.0)
-        return
-    for axis in range(3):
-        _drive(direction, axis, sun, "z", {"z": f"matrix_world[2][{axis}]"})
-        _drive(irradiance, axis, sun, "e * c", {"e": "data.energy", "c": f"data.color[{axis}]"})
-
-
-def _drive(socket, index, sun, expression, paths):
-    socket.driver_remove("default_value", index)
-    driver = socket.driver_add("default_value", index).driver
-    for name, path in paths.items():
-        variable = driver.variables.new()
-        variable.name = name
-        variable.targets[0].id, variable.targets[0].data_path = sun, path
-    driver.expression = expression
+def _outputs(graph):
+    """Adds what is missing of an output for any engine and one for Eevee alone."""
+    targets = {each.target: each for each in graph.nodes if each.type == "OUTPUT_MATERIAL"}
+    if not targets.keys() - {"EEVEE"}:
+        targets["ALL"] = graph.nodes.new("ShaderNodeOutputMaterial")
+        targets["ALL"].location = (300, 300)
+    if "EEVEE" not in targets:
+        eevee = graph.nodes.new("ShaderNodeOutputMaterial")
+        eevee.target, eevee.name, eevee.label, eevee.location = "EEVEE", EEVEE_OUTPUT, EEVEE_OUTPUT, (300, 100)
+        eevee.is_active_output = False
 
 
 CLASSES = (SGDTexture, SGDMaterial)

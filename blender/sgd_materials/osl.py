@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The lobes of a material as one compiled Script node."""
 
+import importlib.util
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -24,7 +25,10 @@ def script_node(graph, description):
         raise FormatError("this Blender is built without Open Shading Language: choose Lobes (Nodes)")
     update, errors = _updater(), []
     node = graph.node("ShaderNodeScript", mode="INTERNAL", script=_text(description))
-    update(node, lambda kind, message: "ERROR" in kind and errors.append(message))
+    try:
+        update(node, lambda kind, message: "ERROR" in kind and errors.append(message))
+    except ImportError as error:
+        raise FormatError(f"Cycles' OSL compiler lacks a part: {error}: choose Lobes (Nodes)") from error
     if errors or "BSDF" not in node.outputs:
         raise FormatError(f"the OSL shader did not compile: {' '.join(errors) or 'it has no output'}")
     return node
@@ -37,17 +41,23 @@ def source(description):
 
 
 def _constants(description):
-    visible, curves = lobes.specular(description), lobes.curves(description)
+    visible, blends = lobes.specular(description), lobes.blends(description)
     constants = {
-        "LOBES": len(visible),
+        "COMPONENTS": len(visible),
         "WHOLE": lobes.whole(len(visible)),
-        "ALPHA": _array(_number(lobe.alpha) for lobe in visible),
-        "SHARE": _array(_color(lobe.share) for lobe in visible),
-        "WEIGHT": _array(_color(lobe.weight) for lobe in visible),
+        "BLENDS": len(blends),
+        "MIN_ALPHA": _number(lobes.MIN_ALPHA),
+        "MAX_ALPHA": _number(lobes.MAX_ALPHA),
+        "ALPHA": _array(_number(each.alpha) for each in visible),
+        "BLEND": _array(str(each.blend) for each in visible),
+        "SHARE": _array(_color(each.share) for each in visible),
+        "WEIGHT": _array(_color(each.weight) for each in visible),
+        "F0": _array(_color(blend.f0) for blend in blends),
+        "F1": _array(_color(blend.f1) for blend in blends),
     }
-    constants |= zip(("F0", "F1"), map(_color, zip(*curves)))
-    for prefix, term in zip(("QUINTIC", "LINEAR"), fresnel.split(curves)):
-        constants |= {f"{prefix}_{field.upper()}": _color(values) for field, values in asdict(term).items()}
+    for prefix, terms in zip(("QUINTIC", "LINEAR"), zip(*(fresnel.split(lobes.curves(blend)) for blend in blends))):
+        for field in ("size", "tint", "f0", "f90"):
+            constants[f"{prefix}_{field.upper()}"] = _array(_color(asdict(term)[field]) for term in terms)
     return constants
 
 
@@ -67,7 +77,7 @@ def _text(description):
     """The source as a text block, one for all materials of these numbers."""
     text = source(description)
     for block in bpy.data.texts:
-        if block.as_string() == text:
+        if block.library is None and block.as_string() == text:
             return block
     block = bpy.data.texts.new(f"SGD {description['name']}.osl")
     block.from_string(text)
@@ -75,10 +85,10 @@ def _text(description):
 
 
 def _updater():
-    """Cycles' compiler. As a Python module Blender leaves the oslquery it needs off the path."""
-    packages = Path(bpy.utils.resource_path("LOCAL")) / "python/lib/python3.11/site-packages"
-    if packages.is_dir() and str(packages) not in sys.path:
-        sys.path.append(str(packages))
+    """Cycles' compiler. As a Python module Blender leaves the oslquery it may need off the path."""
+    if importlib.util.find_spec("oslquery") is None:
+        own = Path(bpy.utils.resource_path("LOCAL")) / "python"
+        sys.path += [str(each.parent) for each in own.rglob("site-packages/oslquery*")][:1]
     import cycles.osl
 
     return cycles.osl.update_script_node

@@ -72,16 +72,17 @@ impl Parameters {
 }
 
 impl MaterialEntry {
-    /// The entry of a baked material and its mixture.
+    /// The entry of a baked material, its mixture, and its distance from the surface where one is
+    /// known.
     #[must_use]
-    pub fn new(placed: &Placed, mixture: SharedMixture) -> Self {
+    pub fn new(placed: &Placed, mixture: SharedMixture, error: Option<StatedError>) -> Self {
         Self {
             parameters: Parameters::of(&placed.material),
             ndf_peak: placed.ndf_peak.clone(),
             mixture,
             row: placed.row,
             fresnel_rows: placed.fresnel_rows.clone(),
-            error: None,
+            error,
         }
     }
 }

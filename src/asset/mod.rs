@@ -2,6 +2,7 @@
 //! that it shares with the others. Written as a manifest with files beside it, or as the glTF
 //! extension [`EXTENSION`] with textures inside the scene; and read back.
 
+mod direct;
 mod extension;
 mod manifest;
 mod material;
@@ -16,6 +17,9 @@ use crate::fit;
 use crate::lut::{BakeError, Baked, LeftOut, Placed, Quantity, Request, Table, bake_with_progress};
 use crate::material::Material;
 
+pub use direct::{
+    DirectFits, Distances, GltfAt, OneLobeAt, Sources, direct_fits, direct_fits_of, stated_error,
+};
 pub use extension::{EXTENSION, Extension, ExtensionError, Extras};
 pub use manifest::{Manifest, ManifestError, ManifestMaterial};
 pub use material::{MaterialEntry, Parameters, StatedError};
@@ -103,11 +107,19 @@ impl Asset {
         let mixture = fit::mixture::for_picture(material);
         let used = |texture: &&Texture| texture.holds(placed.row);
         Self {
-            material: MaterialEntry::new(placed, mixture),
-            gltf: fit::gltf::fit(material).material,
+            material: MaterialEntry::new(placed, mixture, stated_error(material)),
+            gltf: best_gltf(material),
             textures: textures.iter().filter(used).cloned().collect(),
         }
     }
+}
+
+/// The glTF material nearest to the surface: fitted to the measurement where the material is a refit
+/// of one, else to the material.
+#[must_use]
+pub fn best_gltf(material: &Material) -> GltfBrdf {
+    let direct = direct_fits_of(material).map(|fits| fits.gltf.measured.material);
+    direct.unwrap_or_else(|| fit::gltf::fit(material).material)
 }
 
 impl Texture {

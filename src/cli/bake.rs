@@ -41,6 +41,9 @@ pub struct Arguments {
     /// The whole catalogue
     #[arg(long, conflicts_with_all = ["scene", "material"])]
     all: bool,
+    /// The edition of the catalogue that --all means
+    #[arg(long, value_enum, default_value_t, requires = "all")]
+    edition: selection::EditionChoice,
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -121,6 +124,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let request = request(arguments)?;
     let bar = output.progress(steps(arguments, &materials), "bake");
     let step = || bar.inc(1);
+    selection::note_far_fits(&materials, output);
     let materials: Vec<&Material> = materials.iter().collect();
     let product = build_with_progress(&materials, &request, arguments.format, &step)
         .map_err(|error| refused(error, &request))?;
@@ -152,7 +156,7 @@ fn steps(arguments: &Arguments, materials: &[Material]) -> u64 {
 /// The materials asked for, or those that a scene's meshes use.
 fn materials(arguments: &Arguments) -> Result<Vec<Material>, Failure> {
     if arguments.all {
-        return Ok(catalog().iter().map(|entry| entry.material.clone()).collect());
+        return selection::materials(&[], Some(arguments.edition.into()));
     }
     let Some(path) = &arguments.scene else {
         return arguments.material.iter().map(|name| selection::material(name)).collect();

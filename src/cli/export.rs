@@ -12,6 +12,7 @@ use crate::cli::failure::Failure;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::ownership::is_ours;
 use crate::cli::selection::ExtentArguments;
+use crate::cli::selection::note_far_fits;
 use crate::cli::terminal::name;
 use sgdbake::asset::build;
 use sgdbake::encode::Format;
@@ -104,6 +105,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         depths: Depths::Smallest,
     };
     let materials: Vec<&Material> = assigned.materials.iter().collect();
+    note_far_fits(materials.iter().copied(), output);
     let assets = build(&materials, &request, Format::Exr)?.assets;
     let pairs = slots.iter().zip(&assigned.by_slot);
     let replaced: Vec<_> = pairs.filter_map(|(slot, m)| Some((slot.id, &assets[(*m)?]))).collect();

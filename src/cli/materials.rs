@@ -5,9 +5,9 @@ use serde_json::{Map, Value, json};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection;
-use sgdbake::asset::Parameters;
+use sgdbake::asset::{Parameters, stated_error};
 use sgdbake::lut::row::with_masking_fits;
-use sgdbake::material::{Material, catalog};
+use sgdbake::material::{Edition, Material, find, refit_of};
 use sgdbake::report::number::six_digits;
 use sgdbake::report::parameters::{COLUMNS, Row, rows};
 
@@ -22,6 +22,9 @@ pub struct Arguments {
         hide_possible_values = true
     )]
     name: Option<String>,
+    /// The edition of the catalogue to list
+    #[arg(long, value_enum, default_value_t, conflicts_with = "name")]
+    edition: selection::EditionChoice,
     /// Machine-readable output
     #[arg(long)]
     json: bool,
@@ -30,13 +33,13 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     match &arguments.name {
-        None => list(arguments.json, output),
+        None => list(arguments.edition.into(), arguments.json, output),
         Some(name) => show(&selection::material(name)?, arguments.json, output),
     }
 }
 
-fn list(json: bool, output: &mut Output) -> Result<(), Failure> {
-    let mut names = catalog().iter().map(|entry| entry.material.name.as_str());
+fn list(edition: Edition, json: bool, output: &mut Output) -> Result<(), Failure> {
+    let mut names = edition.materials().map(|material| material.name.as_str());
     if json {
         let names: Vec<&str> = names.collect();
         return output.json(&json!({"schema": "sgdbake/materials/1", "materials": names}));
@@ -44,15 +47,34 @@ fn list(json: bool, output: &mut Output) -> Result<(), Failure> {
     names.try_for_each(|name| output.line(name))
 }
 
+/// A material's table, and after a published one that of its refit.
 fn show(material: &Material, json: bool, output: &mut Output) -> Result<(), Failure> {
-    let rows = rows(material);
     if json {
-        return output.json(&table_json(material, &rows));
+        return output.json(&table_json(material, &rows(material)));
     }
-    output.line(&material.name)?;
+    table(material, output)?;
+    let published = find(&material.name).is_ok_and(|entry| entry.material == *material);
+    match refit_of(&material.name).filter(|_| published) {
+        Some(refit) => {
+            output.line("")?;
+            table(&refit.material, output)
+        }
+        None => Ok(()),
+    }
+}
+
+/// The table of one material under its name and its distance from the surface.
+fn table(material: &Material, output: &mut Output) -> Result<(), Failure> {
+    let rows = rows(material);
+    match stated_error(material) {
+        Some(error) => output.line(format_args!(
+            "{}, mean ΔE2000 to the measured surface {:.2}",
+            material.name, error.delta_e
+        ))?,
+        None => output.line(&material.name)?,
+    }
     output.line(header(&rows))?;
-    rows.iter().try_for_each(|(name, row)| output.line(table_line(name, row)))?;
-    Ok(())
+    rows.iter().try_for_each(|(name, row)| output.line(table_line(name, row)))
 }
 
 /// The width of the longest name of a row.

@@ -4,13 +4,15 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, StringValueParser, TypedValueParser};
 use glam::DVec3;
 
 use crate::cli::failure::Failure;
 use crate::cli::input::check_text;
+use crate::cli::output::Output;
 use sgdbake::lut::Extent;
-use sgdbake::material::{Material, MaterialFileError, catalog, find, load};
+use sgdbake::material::{Edition, Material, MaterialFileError, find, load, named, refit_of};
 use sgdbake::math::direction::normalised;
 
 /// How large lookup textures become.
@@ -43,8 +45,8 @@ impl From<ExtentArguments> for Extent {
 ///
 /// Neither: the nearest names. A file that cannot be read or is no material: file, line and key.
 pub fn material(name: &str) -> Result<Material, Failure> {
-    let unknown = match find(name) {
-        Ok(entry) => return Ok(entry.material.clone()),
+    let unknown = match named(name) {
+        Ok(material) => return Ok(material.clone()),
         Err(unknown) => unknown,
     };
     let path = Path::new(name);
@@ -75,8 +77,8 @@ impl TypedValueParser for MaterialParser {
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        let names = catalog().iter().map(|entry| entry.material.name.as_str());
-        Some(Box::new(names.map(PossibleValue::new)))
+        let editions = Edition::Published.materials().chain(Edition::Refit.materials());
+        Some(Box::new(editions.map(|material| PossibleValue::new(material.name.as_str()))))
     }
 }
 
@@ -86,6 +88,42 @@ where
     T: FromStr<Err: std::error::Error + Send + Sync + 'static> + Clone + Send + Sync + 'static,
 {
     PossibleValuesParser::new(names).try_map(|name| name.parse::<T>())
+}
+
+/// An edition of the catalogue by its name on the command line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum EditionChoice {
+    /// The fits of the paper
+    #[default]
+    Published,
+    /// Lobes that colour all channels, fitted to the measurements
+    Refit,
+}
+
+impl From<EditionChoice> for Edition {
+    fn from(choice: EditionChoice) -> Self {
+        match choice {
+            EditionChoice::Published => Self::Published,
+            EditionChoice::Refit => Self::Refit,
+        }
+    }
+}
+
+/// ΔE2000 from the surface above which a published fit is worth a note.
+const FAR: f64 = 2.0;
+
+/// A note for each published fit that is far from its surface, naming the refit.
+pub fn note_far_fits<'a>(materials: impl IntoIterator<Item = &'a Material>, output: &Output) {
+    for material in materials {
+        let Ok(published) = find(&material.name) else { continue };
+        let Some(refit) = refit_of(&material.name) else { continue };
+        if published.material == *material && refit.published_delta_e > FAR {
+            output.note(format_args!(
+                "note: the published fit of {} is {:.1} ΔE2000 from the measured surface; {} is {:.1}",
+                material.name, refit.published_delta_e, refit.material.name, refit.error.delta_e
+            ));
+        }
+    }
 }
 
 /// Materials and measurements that a command works on.
@@ -104,6 +142,9 @@ pub struct Subjects {
     /// The whole catalogue
     #[arg(long)]
     all: bool,
+    /// The edition of the catalogue that --all means
+    #[arg(long, value_enum, default_value_t, requires = "all")]
+    edition: EditionChoice,
     /// A measurement: MERL .binary, RGL .bsdf or .csv of samples. Repeat for more
     #[arg(long, value_name = "FILE")]
     pub measured: Vec<PathBuf>,
@@ -121,7 +162,7 @@ impl Subjects {
     ///
     /// As [`material`].
     pub fn materials(&self) -> Result<Vec<Material>, Failure> {
-        materials(&self.material, self.all)
+        materials(&self.material, self.all.then(|| self.edition.into()))
     }
 }
 
@@ -140,6 +181,9 @@ pub struct Materials {
     /// The whole catalogue
     #[arg(long)]
     all: bool,
+    /// The edition of the catalogue that --all means
+    #[arg(long, value_enum, default_value_t, requires = "all")]
+    edition: EditionChoice,
 }
 
 impl Materials {
@@ -154,18 +198,18 @@ impl Materials {
     ///
     /// As [`material`].
     pub fn load(&self) -> Result<Vec<Material>, Failure> {
-        materials(&self.material, self.all)
+        materials(&self.material, self.all.then(|| self.edition.into()))
     }
 }
 
-/// The materials named, or the whole catalogue.
+/// The materials named, or all of an edition.
 ///
 /// # Errors
 ///
 /// As [`material`].
-pub fn materials(names: &[String], all: bool) -> Result<Vec<Material>, Failure> {
-    if all {
-        return Ok(catalog().iter().map(|entry| entry.material.clone()).collect());
+pub fn materials(names: &[String], all: Option<Edition>) -> Result<Vec<Material>, Failure> {
+    if let Some(edition) = all {
+        return Ok(edition.materials().cloned().collect());
     }
     names.iter().map(|name| material(name)).collect()
 }
@@ -177,7 +221,7 @@ impl From<MaterialFileError> for Failure {
                 Self::job(error).help("'sgdbake materials' lists the catalogue's names")
             }
             MaterialFileError::Invalid { .. } => {
-                Self::usage(error).help("README.md shows a complete material file")
+                Self::usage(error).help("docs/materials.md shows complete material files")
             }
         }
     }

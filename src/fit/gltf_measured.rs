@@ -48,6 +48,11 @@ pub fn fit(target: &MeasuredTarget) -> GltfMeasuredFit {
     let rough = |x: &DVector<f64>| thin.equations(x, &coated);
     let fine = |x: &DVector<f64>| whole.equations(x, &coated);
     let best = lowest(rough, fine, starts(target), &coated);
+    let alone = |x: &DVector<f64>| thin.of_appendix_b(x, &coated);
+    let alone = lowest(alone, alone, starts(target), &coated);
+    let kicked = KICKS.iter().map(|kick| kick.of(&best.x)).chain([alone.x.clone()]).collect();
+    let again = lowest(rough, fine, kicked, &coated);
+    let best = if again.squares < best.squares { again } else { best };
     let chosen = whole.without_idle_coat(best);
     let material = material(&chosen.x);
     GltfMeasuredFit { material, difference: whole.difference(&material) }
@@ -77,31 +82,61 @@ fn material(x: &DVector<f64>) -> GltfBrdf {
     }
 }
 
-/// Dielectrics and metals, smooth and rough, with a coat sharper or wider than the base.
+/// Metallic, roughness, F0 and coat roughness of the starts: dielectrics, bright ones, metals and
+/// mixtures, with a coat sharper or wider than the base.
+const STARTS: [[f64; 4]; 10] = [
+    [0.02, 0.2, 0.04, 0.5],
+    [0.02, 0.35, 0.04, 0.1],
+    [0.02, 0.6, 0.04, 0.2],
+    [0.02, 0.6, 0.2, 0.1],
+    [0.02, 0.8, 0.3, 0.3],
+    [0.9, 0.2, 0.04, 0.5],
+    [0.9, 0.35, 0.04, 0.1],
+    [0.9, 0.6, 0.04, 0.2],
+    [0.5, 0.5, 0.04, 0.15],
+    [0.5, 0.8, 0.2, 0.1],
+];
+
+/// A solution with another specular term or coat: where one of them vanished, nothing shows a
+/// descent the way back.
+struct Kick {
+    specular: Option<[f64; 2]>,
+    coat: Option<[f64; 2]>,
+}
+
+/// Specular factor and F0; clearcoat and its roughness over the base's.
+const KICKS: [Kick; 5] = [
+    Kick { specular: Some([0.6, 0.1]), coat: None },
+    Kick { specular: Some([1.0, 0.5]), coat: None },
+    Kick { specular: None, coat: Some([0.3, 0.4]) },
+    Kick { specular: None, coat: Some([0.3, 2.0]) },
+    Kick { specular: Some([0.8, 0.2]), coat: Some([0.5, 0.4]) },
+];
+
+impl Kick {
+    fn of(&self, x: &DVector<f64>) -> DVector<f64> {
+        let mut x = x.clone();
+        if let Some([specular, f0]) = self.specular {
+            x[SPECULAR] = specular;
+            (F0..F0 + 3).for_each(|i| x[i] = f0);
+        }
+        if let Some([coat, ratio]) = self.coat {
+            (x[COAT], x[COAT_ROUGHNESS]) = (coat, ratio * x[ROUGHNESS]);
+        }
+        x
+    }
+}
+
 fn starts(target: &MeasuredTarget) -> Vec<DVector<f64>> {
     let base = target.typical().map(|f| (std::f64::consts::PI * f).clamp(0.01, 0.9));
-    let start = |metallic: f64, roughness: f64, coat_roughness: f64| {
-        let x = [
-            base[0],
-            base[1],
-            base[2],
-            metallic,
-            roughness,
-            0.9,
-            0.04,
-            0.04,
-            0.04,
-            0.1,
-            coat_roughness,
-        ];
-        DVector::from_column_slice(&x)
+    let start = |[metallic, roughness, f0, coat_roughness]: [f64; 4]| {
+        let mut x = DVector::repeat(UNKNOWNS, f0);
+        (0..3).for_each(|c| x[BASE + c] = base[c]);
+        (x[METALLIC], x[ROUGHNESS], x[SPECULAR]) = (metallic, roughness, 0.9);
+        (x[COAT], x[COAT_ROUGHNESS]) = (0.1, coat_roughness);
+        x
     };
-    let kinds = [0.02, 0.9];
-    let roughness = [(0.2, 0.5), (0.35, 0.1), (0.6, 0.2), (0.6, 0.4)];
-    kinds
-        .into_iter()
-        .flat_map(|metallic| roughness.map(|(base, coat)| start(metallic, base, coat)))
-        .collect()
+    STARTS.map(start).to_vec()
 }
 
 /// A target and its pairs as the forms see them.
@@ -123,7 +158,7 @@ impl Forms {
 
     /// The mean of the forms' equations.
     fn equations(&self, x: &DVector<f64>, bounds: &Bounds) -> NormalEquations {
-        let mut mean = by_steps(&self.target, x, bounds, material, |m, i| self.appendix_b(m, i));
+        let mut mean = self.of_appendix_b(x, bounds);
         for engine in Engine::ALL {
             let of = |m: &GltfBrdf, i: usize| engine.eval(m, &self.cosines[i]);
             let form = by_steps(&self.target, x, bounds, material, of);
@@ -136,6 +171,11 @@ impl Forms {
         mean.gradient *= share;
         mean.hessian *= share;
         mean
+    }
+
+    /// The equations of appendix B alone.
+    fn of_appendix_b(&self, x: &DVector<f64>, bounds: &Bounds) -> NormalEquations {
+        by_steps(&self.target, x, bounds, material, |m, i| self.appendix_b(m, i))
     }
 
     fn appendix_b(&self, material: &GltfBrdf, i: usize) -> [f64; 3] {

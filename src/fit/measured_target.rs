@@ -52,6 +52,8 @@ pub struct MeasuredPair {
 pub struct MeasuredTarget {
     /// The pairs that were measured.
     pub pairs: Vec<MeasuredPair>,
+    /// The ΔE up to which an error counts by its square.
+    soft: f64,
 }
 
 /// Nothing was measured at any pair that a fit looks at.
@@ -71,7 +73,7 @@ const RIM: f64 = 0.94;
 const LIT: f64 = 0.05;
 
 /// The share of the pairs about the mirror direction.
-const HIGHLIGHT_SHARE: f64 = 0.03;
+const HIGHLIGHT_SHARE: f64 = 0.08;
 /// tan²θh that their nodes start from, (0.2°)², and reach to, 40°.
 const FINEST: f64 = 1.2e-5;
 const WIDEST: f64 = 0.7;
@@ -79,7 +81,7 @@ const WIDEST: f64 = 0.7;
 const HIGHLIGHT_NODES: [usize; 3] = [16, 4, 2];
 
 /// The ΔE up to which an error counts by its square.
-pub const SOFT: f64 = 0.5;
+pub const SOFT: f64 = 0.15;
 
 impl MeasuredTarget {
     /// The target of a reflectance, the pairs left out where it is NaN.
@@ -99,16 +101,17 @@ impl MeasuredTarget {
         }
         pairs.retain(|pair| pair.f.iter().all(|f| f.is_finite()));
         share_out(&mut pairs);
-        if pairs.is_empty() { Err(NothingMeasured) } else { Ok(Self { pairs }) }
+        if pairs.is_empty() { Err(NothingMeasured) } else { Ok(Self { pairs, soft: SOFT }) }
     }
 
-    /// One of every `step` pairs, to compare starts on.
+    /// One of every `step` pairs, to compare starts on, and errors below a ΔE of 1 by their square:
+    /// it has fewer local minima.
     #[must_use]
     pub fn thinned(&self, step: usize) -> Self {
         let mut pairs: Vec<MeasuredPair> =
             self.pairs.iter().step_by(step.max(1)).copied().collect();
         share_out(&mut pairs);
-        Self { pairs }
+        Self { pairs, soft: 1.0 }
     }
 
     /// A value of f, channel by channel, that three in ten of the pairs stay below: where the
@@ -138,7 +141,7 @@ impl MeasuredTarget {
         unknowns: usize,
         at: impl FnMut(usize, &mut [[f64; 3]]) -> [f64; 3],
     ) -> NormalEquations {
-        let mut sums = Sums::none(unknowns);
+        let mut sums = Sums::none(unknowns, self.soft);
         self.visit(unknowns, at, |weight, error, slopes| sums.add(weight, error, slopes));
         sums.finish()
     }
@@ -152,7 +155,7 @@ impl MeasuredTarget {
     ) -> DMatrix<f64> {
         let mut scatter = DMatrix::zeros(unknowns, unknowns);
         self.visit(unknowns, at, |weight, e, slopes| {
-            let pull = weight / softness(e);
+            let pull = weight / softness(e, self.soft);
             let of =
                 |i: usize| pull * (slopes[0][i] * e[0] + slopes[1][i] * e[1] + slopes[2][i] * e[2]);
             let gradient = DVector::from_fn(unknowns, |i, _| of(i));
@@ -234,14 +237,15 @@ fn times(matrix: &Ellipsoid, v: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// √(1 + |e|²/c²), c = [`SOFT`].
-fn softness(e: [f64; 3]) -> f64 {
-    (1.0 + (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) / (SOFT * SOFT)).sqrt()
+/// √(1 + |e|²/c²).
+fn softness(e: [f64; 3], soft: f64) -> f64 {
+    (1.0 + (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) / (soft * soft)).sqrt()
 }
 
-/// The normal equations of Σ weight · ρ(|e|²), ρ(s) = 2 c² (√(1 + s/c²) − 1) with c = [`SOFT`]: a
-/// square up to c, an absolute value beyond.
+/// The normal equations of Σ weight · ρ(|e|²), ρ(s) = 2 c² (√(1 + s/c²) − 1) a square up to c, an
+/// absolute value beyond.
 struct Sums {
+    soft: f64,
     squares: f64,
     gradient: Vec<f64>,
     /// The lower triangle, row by row.
@@ -249,14 +253,14 @@ struct Sums {
 }
 
 impl Sums {
-    fn none(unknowns: usize) -> Self {
+    fn none(unknowns: usize, soft: f64) -> Self {
         let triangle = unknowns * (unknowns + 1) / 2;
-        Self { squares: 0.0, gradient: vec![0.0; unknowns], hessian: vec![0.0; triangle] }
+        Self { soft, squares: 0.0, gradient: vec![0.0; unknowns], hessian: vec![0.0; triangle] }
     }
 
     fn add(&mut self, weight: f64, e: [f64; 3], slopes: &[Vec<f64>; 3]) {
-        let root = softness(e);
-        self.squares += weight * 2.0 * SOFT * SOFT * (root - 1.0);
+        let root = softness(e, self.soft);
+        self.squares += weight * 2.0 * self.soft * self.soft * (root - 1.0);
         let pull = weight / root;
         let [a, b, c] = slopes.each_ref().map(Vec::as_slice);
         let mut triangle = self.hessian.as_mut_slice();

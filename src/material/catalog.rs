@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use crate::material::parameters::{ChannelParams, MaskingParams, Material};
+use crate::material::refit::{SUFFIX, refit, refit_of};
 
 /// The table as published, one line per material and channel, rows r, g, b.
 const TABLE: &str = include_str!("merl100.csv");
@@ -43,6 +44,43 @@ pub struct UnknownMaterial {
 pub fn catalog() -> &'static [CatalogEntry] {
     static CATALOG: LazyLock<Vec<CatalogEntry>> = LazyLock::new(parse_table);
     &CATALOG
+}
+
+/// An edition of the catalogue.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Edition {
+    /// The fits of the paper, to the digit: `gold-paint`.
+    #[default]
+    Published,
+    /// Lobes that colour all channels, fitted to the measurements: `gold-paint@refit`.
+    Refit,
+}
+
+impl Edition {
+    /// Its 100 materials, in the order of the paper's table.
+    pub fn materials(self) -> impl Iterator<Item = &'static Material> {
+        let published = catalog().iter().map(|entry| &entry.material);
+        let refitted = refit().iter().map(|entry| &entry.material);
+        let (published, refitted) = match self {
+            Self::Published => (Some(published), None),
+            Self::Refit => (None, Some(refitted)),
+        };
+        published.into_iter().flatten().chain(refitted.into_iter().flatten())
+    }
+}
+
+/// The material of that exact name in either edition.
+///
+/// # Errors
+///
+/// [`UnknownMaterial`] with the nearest names.
+pub fn named(name: &str) -> Result<&'static Material, UnknownMaterial> {
+    match name.strip_suffix(SUFFIX) {
+        Some(of) => refit_of(of)
+            .map(|entry| &entry.material)
+            .ok_or_else(|| UnknownMaterial { name: name.to_owned(), nearest: nearest_names(of) }),
+        None => find(name).map(|entry| &entry.material),
+    }
 }
 
 /// The catalogue entry of that exact name.

@@ -5,10 +5,12 @@
 pub mod catalog;
 pub mod file;
 pub mod parameters;
+pub mod refit;
 
-pub use catalog::{CatalogEntry, UnknownMaterial, catalog, find};
+pub use catalog::{CatalogEntry, Edition, UnknownMaterial, catalog, find, named};
 pub use file::{MaterialFileError, load, parse, to_toml};
 pub use parameters::{
     Channel, ChannelParams, LobeFields, LobeParams, MAX_LOBES, MaskingParams, Material,
     MaterialError, ParameterError,
 };
+pub use refit::{RefitEntry, SurfaceError, refit, refit_of};
