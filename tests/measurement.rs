@@ -5,7 +5,7 @@
 
 mod common;
 
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use std::fs;
 use std::io::Cursor;
 use std::process::{Command, Output};
@@ -181,8 +181,7 @@ fn far_from_every_sample_nothing_is_known() {
         "theta_i,phi_i,theta_o,phi_o,r,g,b\n10,0,20,180,0.1,0.2,0.3\n11,0,20,180,0.1,0.2,0.3\n";
     let measurement = read(csv.as_bytes()).unwrap();
     let at = |theta_i: f64, theta_o: f64| {
-        measurement
-            .eval(spherical(theta_i.to_radians(), 0.0), spherical(theta_o.to_radians(), 3.14159))
+        measurement.eval(spherical(theta_i.to_radians(), 0.0), spherical(theta_o.to_radians(), PI))
     };
     assert!((at(10.0, 20.0)[1] - 0.2).abs() < 1e-6);
     assert!((at(10.5, 20.0)[1] - 0.2).abs() < 1e-6);

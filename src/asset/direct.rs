@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::asset::material::StatedError;
 use crate::brdf::{GltfBrdf, OneLobe};
@@ -65,7 +65,7 @@ pub struct OneLobeAt {
 }
 
 /// The distance of a model from a measured surface.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Distances {
     /// Mean ΔE2000 of a ball under suns that no fit saw.
     pub suns: f64,

@@ -4,8 +4,10 @@
 
 mod direct;
 mod extension;
+mod fingerprint;
 mod manifest;
 mod material;
+mod measured;
 
 use std::sync::Arc;
 
@@ -21,8 +23,10 @@ pub use direct::{
     DirectFits, Distances, GltfAt, OneLobeAt, Sources, direct_fits, direct_fits_of, stated_error,
 };
 pub use extension::{EXTENSION, Extension, ExtensionError, Extras};
+pub use fingerprint::fingerprint;
 pub use manifest::{Manifest, ManifestError, ManifestMaterial};
 pub use material::{MaterialEntry, Parameters, StatedError};
+pub use measured::Measured;
 
 /// A material as an engine takes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +70,22 @@ pub enum BuildError {
     Format(#[from] UnsupportedDepth),
 }
 
+/// A material to build.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject<'a> {
+    /// The material.
+    pub material: &'a Material,
+    /// What is known of it where it was fitted to a measurement: then the glTF material is the one
+    /// that was fitted to the measurement too, which is nearer to the surface.
+    pub measured: Option<&'a Measured>,
+}
+
+impl<'a> From<&'a Material> for Subject<'a> {
+    fn from(material: &'a Material) -> Self {
+        Self { material, measured: None }
+    }
+}
+
 /// Fits `materials` and bakes their textures.
 ///
 /// # Errors
@@ -76,7 +96,8 @@ pub fn build(
     request: &Request,
     format: Format,
 ) -> Result<Product, BuildError> {
-    build_with_progress(materials, request, format, &|| ())
+    let subjects: Vec<Subject<'_>> = materials.iter().map(|material| (*material).into()).collect();
+    build_with_progress(&subjects, request, format, &|| ())
 }
 
 /// As [`build`]; `step` is called after each part: those of
@@ -86,29 +107,32 @@ pub fn build(
 ///
 /// As [`build`].
 pub fn build_with_progress(
-    materials: &[&Material],
+    subjects: &[Subject<'_>],
     request: &Request,
     format: Format,
     step: &(dyn Fn() + Sync),
 ) -> Result<Product, BuildError> {
-    if materials.is_empty() {
+    if subjects.is_empty() {
         return Ok(Product { assets: Vec::new(), textures: Vec::new(), left_out: Vec::new() });
     }
-    let Baked { tables, placed, left_out } = bake_with_progress(materials, request, step)?;
+    let materials: Vec<&Material> = subjects.iter().map(|subject| subject.material).collect();
+    let Baked { tables, placed, left_out } = bake_with_progress(&materials, request, step)?;
     let textures: Vec<Texture> =
         tables.into_iter().map(|table| Texture::new(&table, format)).collect::<Result<_, _>>()?;
-    let assets = materials.par_iter().zip(&placed);
-    let assets = assets.map(|(material, placed)| Asset::new(material, placed, &textures));
+    let assets = subjects.par_iter().zip(&placed);
+    let assets = assets.map(|(subject, placed)| Asset::new(*subject, placed, &textures));
     Ok(Product { assets: assets.inspect(|_| step()).collect(), textures, left_out })
 }
 
 impl Asset {
-    fn new(material: &Material, placed: &Placed, textures: &[Texture]) -> Self {
+    fn new(subject: Subject<'_>, placed: &Placed, textures: &[Texture]) -> Self {
+        let Subject { material, measured } = subject;
+        let error = measured.map(Measured::stated_error).or_else(|| stated_error(material));
         let mixture = fit::mixture::for_picture(material);
         let used = |texture: &&Texture| texture.holds(placed.row);
         Self {
-            material: MaterialEntry::new(placed, mixture, stated_error(material)),
-            gltf: best_gltf(material),
+            material: MaterialEntry::new(placed, mixture, error),
+            gltf: measured.map_or_else(|| best_gltf(material), |measured| measured.gltf),
             textures: textures.iter().filter(used).cloned().collect(),
         }
     }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::failure::Failure;
 use crate::cli::input::read_text;
-use crate::cli::selection;
-use sgdbake::material::Material;
+use crate::cli::output::Output;
+use crate::cli::selection::{self, Chosen};
 use sgdbake::scene::{Assignment, Pattern, SceneError, Slot, resolve};
 
 /// Which slots take which materials.
@@ -26,7 +26,7 @@ pub struct AssignmentArguments {
 #[derive(Debug)]
 pub struct Assigned {
     /// The materials in the order of the slots.
-    pub materials: Vec<Material>,
+    pub materials: Vec<Chosen>,
     /// Per slot an index into `materials`.
     pub by_slot: Vec<Option<usize>>,
 }
@@ -43,7 +43,7 @@ impl AssignmentArguments {
     /// # Errors
     ///
     /// A pattern without a slot, an unknown material, an assignment file that cannot be read.
-    pub fn assigned(&self, slots: &[Slot]) -> Result<Assigned, Failure> {
+    pub fn assigned(&self, slots: &[Slot], output: &Output) -> Result<Assigned, Failure> {
         let mut assignments = match &self.assign_file {
             Some(path) => read(path)?,
             None => Vec::new(),
@@ -58,7 +58,7 @@ impl AssignmentArguments {
         for name in names {
             by_slot.push(match name {
                 Some(name) if !known.contains_key(name) => {
-                    materials.push(selection::material(name)?);
+                    materials.push(selection::chosen(name, output)?);
                     known.insert(name, materials.len() - 1);
                     Some(materials.len() - 1)
                 }

@@ -38,7 +38,7 @@ struct Report {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let subjects = &arguments.subjects;
-    let materials = subjects.materials()?;
+    let materials = subjects.materials(output)?;
     let bar = output.progress((materials.len() + subjects.measured.len()) as u64, "audit");
     let audits: Vec<Audit> = materials.par_iter().map(audit).inspect(|_| bar.inc(1)).collect();
     let measurements: Vec<MeasuredAudit> = subjects

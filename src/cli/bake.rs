@@ -10,11 +10,11 @@ use crate::cli::evaluator::MaskingChoice;
 use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::{NewFile, Output, Writing};
-use crate::cli::selection::{self, ExtentArguments};
-use sgdbake::asset::{BuildError, Product, build_with_progress};
+use crate::cli::selection::{self, Chosen, ExtentArguments};
+use sgdbake::asset::{BuildError, Product, Subject, build_with_progress};
 use sgdbake::encode::{Format, shader};
 use sgdbake::lut::{self, BakeError, Depth, Depths, Quantity, Request, Table};
-use sgdbake::material::{Material, catalog};
+use sgdbake::material::{Edition, Material, catalog};
 use sgdbake::scene::Scene;
 
 /// Bakes lookup textures of materials, with a manifest and shader functions that decode them.
@@ -29,7 +29,7 @@ pub struct Arguments {
     scene: Option<PathBuf>,
     #[command(flatten)]
     assignments: AssignmentArguments,
-    /// A catalogue name or the path of a material file. Repeat for more
+    /// A catalogue name, or the path of a material file or of a measurement. Repeat for more
     #[arg(
         long,
         value_name = "MATERIAL",
@@ -120,13 +120,13 @@ struct Everything {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials = materials(arguments)?;
+    let materials = materials(arguments, output)?;
     let request = request(arguments)?;
     let bar = output.progress(steps(arguments, &materials), "bake");
     let step = || bar.inc(1);
-    selection::note_far_fits(&materials, output);
-    let materials: Vec<&Material> = materials.iter().collect();
-    let product = build_with_progress(&materials, &request, arguments.format, &step)
+    selection::note_far_fits(materials.iter().map(|chosen| &chosen.material), output);
+    let subjects: Vec<Subject<'_>> = materials.iter().map(Chosen::subject).collect();
+    let product = build_with_progress(&subjects, &request, arguments.format, &step)
         .map_err(|error| refused(error, &request))?;
     let catalogue = arguments.compare.then(|| everything(&request, &step)).transpose()?;
     let files = files(arguments, &product);
@@ -147,23 +147,24 @@ impl Arguments {
 
 /// What a bake tells its progress by: each material is sampled and fitted, and may get a 3D table;
 /// to compare, each of the catalogue is sampled and gets a 3D table.
-fn steps(arguments: &Arguments, materials: &[Material]) -> u64 {
+fn steps(arguments: &Arguments, materials: &[Chosen]) -> u64 {
     let tables = usize::from(arguments.quantity.contains(&Quantity::Brdf3d));
     let compared = if arguments.compare { 2 * catalog().len() } else { 0 };
     (materials.len() * (2 + tables) + compared) as u64
 }
 
 /// The materials asked for, or those that a scene's meshes use.
-fn materials(arguments: &Arguments) -> Result<Vec<Material>, Failure> {
+fn materials(arguments: &Arguments, output: &Output) -> Result<Vec<Chosen>, Failure> {
     if arguments.all {
-        return selection::materials(&[], Some(arguments.edition.into()));
+        let edition = Edition::from(arguments.edition);
+        return Ok(edition.materials().cloned().map(Chosen::from).collect());
     }
     let Some(path) = &arguments.scene else {
-        return arguments.material.iter().map(|name| selection::material(name)).collect();
+        return arguments.material.iter().map(|name| selection::chosen(name, output)).collect();
     };
     let scene = Scene::open(path).map_err(|error| unreadable(path, error))?;
     let slots = scene.slots();
-    let assigned = arguments.assignments.assigned(&slots)?;
+    let assigned = arguments.assignments.assigned(&slots, output)?;
     let mut used: Vec<usize> = slots
         .iter()
         .zip(&assigned.by_slot)

@@ -87,7 +87,7 @@ impl Factors {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials = arguments.materials.load()?;
+    let materials = arguments.materials.load(output)?;
     let evaluators: Vec<Evaluator> =
         materials.iter().map(|material| arguments.evaluation.of(material)).collect();
     // One material needs no name, as the caller gave it.

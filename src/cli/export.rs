@@ -11,13 +11,11 @@ use crate::cli::evaluator::MaskingChoice;
 use crate::cli::failure::Failure;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::ownership::is_ours;
-use crate::cli::selection::ExtentArguments;
-use crate::cli::selection::note_far_fits;
+use crate::cli::selection::{Chosen, ExtentArguments, note_far_fits};
 use crate::cli::terminal::name;
-use sgdbake::asset::build;
+use sgdbake::asset::{Subject, build_with_progress};
 use sgdbake::encode::Format;
 use sgdbake::lut::{Depths, Quantity, Request};
-use sgdbake::material::Material;
 use sgdbake::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
 
 /// Puts measured materials into the slots of a scene. Everything that is not an assigned material
@@ -97,16 +95,16 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     Container::of(&arguments.output)?;
     let scene = open(arguments, output)?;
     let slots = scene.slots();
-    let assigned = arguments.assignments.assigned(&slots)?;
+    let assigned = arguments.assignments.assigned(&slots, output)?;
     let request = Request {
         quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
         masking: arguments.masking.into(),
         extent: arguments.extent.into(),
         depths: Depths::Smallest,
     };
-    let materials: Vec<&Material> = assigned.materials.iter().collect();
-    note_far_fits(materials.iter().copied(), output);
-    let assets = build(&materials, &request, Format::Exr)?.assets;
+    note_far_fits(assigned.materials.iter().map(|chosen| &chosen.material), output);
+    let subjects: Vec<Subject<'_>> = assigned.materials.iter().map(Chosen::subject).collect();
+    let assets = build_with_progress(&subjects, &request, Format::Exr, &|| ())?.assets;
     let pairs = slots.iter().zip(&assigned.by_slot);
     let replaced: Vec<_> = pairs.filter_map(|(slot, m)| Some((slot.id, &assets[(*m)?]))).collect();
     let scene = if arguments.prune { scene.pruned(&replaced)? } else { scene };
@@ -180,7 +178,7 @@ fn report(
     export: &Export,
     output: &mut Output,
 ) -> Result<(), Failure> {
-    let material = |slot: usize| Some(&*assigned.materials[assigned.by_slot[slot]?].name);
+    let material = |slot: usize| Some(&*assigned.materials[assigned.by_slot[slot]?].material.name);
     let slot_reports = slots.iter().enumerate().map(|(i, slot)| SlotReport {
         slot: slot.label(),
         index: slot.id.index(),

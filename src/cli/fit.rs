@@ -78,7 +78,7 @@ struct Line<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials = arguments.materials.load()?;
+    let materials = arguments.materials.load(output)?;
     let progress = output.progress(materials.len() as u64, "fitting");
     let studies: Vec<Study<'_>> = materials
         .par_iter()

@@ -15,7 +15,7 @@ use sgdbake::report::parameters::{COLUMNS, Row, rows};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  sgdbake materials gold-paint")]
 pub struct Arguments {
-    /// A catalogue name or the path of a material file
+    /// A catalogue name, or the path of a material file or of a measurement
     #[arg(
         value_name = "MATERIAL",
         value_parser = selection::MaterialParser,
@@ -34,7 +34,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     match &arguments.name {
         None => list(arguments.edition.into(), arguments.json, output),
-        Some(name) => show(&selection::material(name)?, arguments.json, output),
+        Some(name) => show(&selection::material(name, output)?, arguments.json, output),
     }
 }
 

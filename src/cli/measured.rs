@@ -1,9 +1,15 @@
 //! Measurements as they are named on the command line: by their path.
 
 use std::path::Path;
+use std::time::Instant;
 
 use crate::cli::failure::Failure;
+use crate::cli::output::Output;
+use sgdbake::asset::Distances;
+use sgdbake::fit::sgd::Options;
 use sgdbake::measurement::{Measurement, MeasurementError, Problem};
+use sgdbake::report::distance::Distance;
+use sgdbake::report::surface::{Surface, SurfaceError, SurfaceFit};
 
 /// Reads a measurement.
 ///
@@ -17,7 +23,79 @@ pub fn read(path: &Path) -> Result<Measurement, Failure> {
 /// A measurement's name: that of its file without the ending.
 #[must_use]
 pub fn name(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    if name.trim().is_empty() { "measured".to_owned() } else { name }
+}
+
+/// Whether a path ends as a measurement's does.
+#[must_use]
+pub fn is_named_so(path: &Path) -> bool {
+    let ending = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    matches!(ending.as_deref(), Some("binary" | "bsdf" | "csv"))
+}
+
+/// The surface of a measurement file and the material that is fitted to it; a note says so, with
+/// the time it took and the distance.
+///
+/// # Errors
+///
+/// A file that is no measurement, or one that nothing can be fitted to.
+pub fn fitted(path: &Path, output: &Output) -> Result<(Surface, SurfaceFit), Failure> {
+    let start = Instant::now();
+    let (surface, fit) = surface_and_fit(path)?;
+    output.note(format_args!(
+        "note: {} was fitted in {:.1} s, {} and {:.2} ΔE2000 from the measurement; \
+         'sgdbake measure' keeps the fit in a file",
+        path.display(),
+        start.elapsed().as_secs_f64(),
+        match fit.material.lobes().len() {
+            1 => "with one lobe".to_owned(),
+            count => format!("with {count} lobes"),
+        },
+        fit.distance.suns
+    ));
+    Ok((surface, fit))
+}
+
+/// The surface of a measurement file and the material that is fitted to it.
+///
+/// # Errors
+///
+/// As [`fitted`].
+pub fn surface_and_fit(path: &Path) -> Result<(Surface, SurfaceFit), Failure> {
+    let measurement = read(path)?;
+    let surface =
+        Surface::new(&measurement.averaged()).map_err(|error| unfit(path, &error.into()))?;
+    let fit =
+        surface.fit(&name(path), Options::default()).map_err(|error| unfit(path, &error.into()))?;
+    Ok((surface, fit))
+}
+
+/// The failure of a measurement that no material can be fitted to.
+#[must_use]
+pub fn unfit(path: &Path, error: &SurfaceError) -> Failure {
+    Failure::job(format!("{}: {error}", path.display()))
+        .help("'sgdbake audit --measured FILE' shows what a measurement covers")
+}
+
+/// A distance as files keep it.
+#[must_use]
+pub fn distances(distance: Distance) -> Distances {
+    let Distance { suns, highlights, absolute, relative, lightness } = distance;
+    Distances { suns, highlights, absolute, relative, lightness }
+}
+
+/// The head of a table of distances.
+pub const ERRORS: &str = "error against the measurement   ΔE2000 suns  highlights  absolute [1/sr]  \
+                          relative  lightness";
+
+/// A row of that table.
+#[must_use]
+pub fn error_row(model: &str, distance: &Distance) -> String {
+    let Distance { suns, highlights, absolute, relative, lightness } = distance;
+    format!(
+        "{model:<30}  {suns:>11.2}  {highlights:>10.2}  {absolute:>15.5}  {relative:>8.4}  {lightness:>9.4}"
+    )
 }
 
 impl From<MeasurementError> for Failure {

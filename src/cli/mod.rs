@@ -20,6 +20,7 @@ mod fit;
 mod input;
 mod man;
 mod materials;
+mod measure;
 mod measured;
 mod preview;
 mod sample;
@@ -73,6 +74,8 @@ enum Command {
     Slice(slice::Arguments),
     /// The albedo estimated by sampling, beside its quadrature
     Sample(sample::Arguments),
+    /// A measurement as a material file: SGD lobes fitted to it, with the errors
+    Measure(measure::Arguments),
     /// Lookup textures and the manifest that tells how to decode them
     Bake(bake::Arguments),
     /// The best Beckmann, GGX, few-lobe and glTF fits, with their errors
@@ -127,6 +130,7 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Eval(arguments) => eval::run(arguments, output),
         Command::Slice(arguments) => slice::run(arguments, output),
         Command::Sample(arguments) => sample::run(arguments, output),
+        Command::Measure(arguments) => measure::run(arguments, output),
         Command::Bake(arguments) => bake::run(arguments, output),
         Command::Fit(arguments) => fit::run(arguments, output),
         Command::Export(arguments) => export::run(arguments, output),

@@ -6,7 +6,9 @@ use std::io::{BufRead, BufReader, Read as _, Seek as _};
 use std::path::Path;
 
 use serde::Deserialize;
+use sgdbake::asset::Measured;
 use sgdbake::encode::generator_of;
+use sgdbake::material::parse;
 use sgdbake::scene::is_unedited;
 
 /// What a generator, a schema and a comment start with.
@@ -33,6 +35,7 @@ pub fn is_ours(path: &Path) -> bool {
     }
     match head.iter().find(|byte| !byte.is_ascii_whitespace()) {
         Some(b'{') => json_is_ours(file),
+        Some(b'#') if material_is_ours(&head, path) => true,
         _ => generator_of(file).is_some_and(is_name) || text_names_us(&head),
     }
 }
@@ -66,6 +69,13 @@ fn json_is_ours(json: impl BufRead) -> bool {
     let Ok(document) = serde_json::from_str::<Document>(&text) else { return false };
     let writer = document.schema.or_else(|| document.asset?.generator);
     is_unedited(&text).unwrap_or_else(|| writer.is_some_and(is_name))
+}
+
+/// Whether `measure` wrote a material file, and nobody edited its parameters since.
+fn material_is_ours(head: &[u8], path: &Path) -> bool {
+    // A file of measure's is shorter than the head.
+    let Ok(text) = std::str::from_utf8(head) else { return false };
+    parse(text, path).is_ok_and(|material| Measured::is_unedited(text, &material))
 }
 
 /// The JSON chunk of a .glb, without its padding.

@@ -108,7 +108,7 @@ impl ImageFormat {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let format = ImageFormat::of(&arguments.output)?;
-    let materials = arguments.subjects.materials()?;
+    let materials = arguments.subjects.materials(output)?;
     let measured = arguments.subjects.measured.iter();
     let measurements: Vec<Measurement> =
         measured.map(|path| measured::read(path)).collect::<Result<_, _>>()?;

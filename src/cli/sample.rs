@@ -82,7 +82,7 @@ impl From<StrategyChoice> for Estimator {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials = arguments.materials.load()?;
+    let materials = arguments.materials.load(output)?;
     let several = materials.len() > 1;
     materials.iter().try_for_each(|material| print(arguments, material, several, output))
 }

@@ -10,7 +10,11 @@ use glam::DVec3;
 
 use crate::cli::failure::Failure;
 use crate::cli::input::check_text;
+use crate::cli::measured;
 use crate::cli::output::Output;
+use sgdbake::asset::{Measured, Subject};
+use sgdbake::fit::gltf_measured;
+use sgdbake::fit::sgd::Energy;
 use sgdbake::lut::Extent;
 use sgdbake::material::{Edition, Material, MaterialFileError, find, load, named, refit_of};
 use sgdbake::math::direction::normalised;
@@ -39,17 +43,70 @@ impl From<ExtentArguments> for Extent {
     }
 }
 
-/// The material that `name` names: a catalogue name, or the path of a material file.
+/// A material and, where it was fitted to a measurement, what is known from that.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// The material.
+    pub material: Material,
+    /// From the measurement.
+    pub measured: Option<Measured>,
+}
+
+impl From<Material> for Chosen {
+    fn from(material: Material) -> Self {
+        Self { material, measured: None }
+    }
+}
+
+impl Chosen {
+    /// The material as it is built.
+    #[must_use]
+    pub fn subject(&self) -> Subject<'_> {
+        Subject { material: &self.material, measured: self.measured.as_ref() }
+    }
+}
+
+/// As [`material`], with the glTF material that is fitted to the measurement itself.
+///
+/// # Errors
+///
+/// As [`material`].
+pub fn chosen(name: &str, output: &Output) -> Result<Chosen, Failure> {
+    let path = Path::new(name);
+    if named(name).is_err() && measured::is_named_so(path) {
+        let (surface, fit) = measured::fitted(path, output)?;
+        let gltf = gltf_measured::fit(&surface.target).material;
+        let measured = Measured {
+            source: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            energy: Energy::Conserve,
+            error: measured::distances(fit.distance),
+            gltf,
+            gltf_error: measured::distances(surface.reference.distance(&gltf)),
+        };
+        return Ok(Chosen { material: fit.material, measured: Some(measured) });
+    }
+    let material = material(name, output)?;
+    let is_file = named(name).is_err() && path.is_file();
+    let text = is_file.then(|| std::fs::read_to_string(path).ok()).flatten();
+    let measured = text.and_then(|text| Measured::of_text(&text, &material));
+    Ok(Chosen { material, measured })
+}
+
+/// The material that `name` names: a catalogue name, the path of a material file, or that of a
+/// measurement, which is fitted.
 ///
 /// # Errors
 ///
 /// Neither: the nearest names. A file that cannot be read or is no material: file, line and key.
-pub fn material(name: &str) -> Result<Material, Failure> {
+pub fn material(name: &str, output: &Output) -> Result<Material, Failure> {
     let unknown = match named(name) {
         Ok(material) => return Ok(material.clone()),
         Err(unknown) => unknown,
     };
     let path = Path::new(name);
+    if measured::is_named_so(path) {
+        return Ok(measured::fitted(path, output)?.1.material);
+    }
     if path.exists() || name.contains(std::path::MAIN_SEPARATOR) || name.ends_with(".toml") {
         check_text(path)?;
         return load(path).map_err(Failure::from);
@@ -130,7 +187,7 @@ pub fn note_far_fits<'a>(materials: impl IntoIterator<Item = &'a Material>, outp
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = true)]
 pub struct Subjects {
-    /// A catalogue name or the path of a material file. Repeat for more
+    /// A catalogue name, or the path of a material file or of a measurement. Repeat for more
     #[arg(
         long,
         value_name = "MATERIAL",
@@ -161,8 +218,8 @@ impl Subjects {
     /// # Errors
     ///
     /// As [`material`].
-    pub fn materials(&self) -> Result<Vec<Material>, Failure> {
-        materials(&self.material, self.all.then(|| self.edition.into()))
+    pub fn materials(&self, output: &Output) -> Result<Vec<Material>, Failure> {
+        materials(&self.material, self.all.then(|| self.edition.into()), output)
     }
 }
 
@@ -170,7 +227,7 @@ impl Subjects {
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = false)]
 pub struct Materials {
-    /// A catalogue name or the path of a material file. Repeat for more
+    /// A catalogue name, or the path of a material file or of a measurement. Repeat for more
     #[arg(
         long,
         value_name = "MATERIAL",
@@ -197,8 +254,8 @@ impl Materials {
     /// # Errors
     ///
     /// As [`material`].
-    pub fn load(&self) -> Result<Vec<Material>, Failure> {
-        materials(&self.material, self.all.then(|| self.edition.into()))
+    pub fn load(&self, output: &Output) -> Result<Vec<Material>, Failure> {
+        materials(&self.material, self.all.then(|| self.edition.into()), output)
     }
 }
 
@@ -207,11 +264,15 @@ impl Materials {
 /// # Errors
 ///
 /// As [`material`].
-pub fn materials(names: &[String], all: Option<Edition>) -> Result<Vec<Material>, Failure> {
+pub fn materials(
+    names: &[String],
+    all: Option<Edition>,
+    output: &Output,
+) -> Result<Vec<Material>, Failure> {
     if let Some(edition) = all {
         return Ok(edition.materials().cloned().collect());
     }
-    names.iter().map(|name| material(name)).collect()
+    names.iter().map(|name| material(name, output)).collect()
 }
 
 impl From<MaterialFileError> for Failure {

@@ -35,7 +35,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials = arguments.materials.load()?;
+    let materials = arguments.materials.load(output)?;
     let names = materials.iter().map(|material| material.name.as_str());
     let files = file_names(names, ["", ".html"], &[INDEX]);
     let path = |file: &str| arguments.output.join(file);

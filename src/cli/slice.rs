@@ -72,7 +72,7 @@ impl Channels {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials = arguments.materials.load()?;
+    let materials = arguments.materials.load(output)?;
     // One material needs no name, as the caller gave it.
     let named = materials.len() > 1;
     materials.iter().try_for_each(|material| print(arguments, material, named, output))

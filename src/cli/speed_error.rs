@@ -46,7 +46,7 @@ struct Report {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials = arguments.materials.load()?;
+    let materials = arguments.materials.load(output)?;
     let names = materials.iter().map(|material| material.name.as_str());
     let pictures = file_names(names, ["speed-error-", ".svg"], &[]);
     let files = [JSON, PAGE].into_iter().chain(pictures.iter().map(String::as_str));

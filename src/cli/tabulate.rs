@@ -52,7 +52,7 @@ pub struct Arguments {
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = false)]
 struct Source {
-    /// A catalogue name or the path of a material file
+    /// A catalogue name, or the path of a material file or of a measurement
     #[arg(long, value_name = "MATERIAL")]
     material: Option<String>,
     /// A measurement: MERL .binary, RGL .bsdf or .csv of samples
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let format = format(&arguments.output)?;
     let inputs = arguments.source.inputs();
     arguments.check(format, &inputs)?;
-    let (name, reflectance) = source(arguments)?;
+    let (name, reflectance) = source(arguments, output)?;
     let error = if arguments.writing.dry_run {
         None
     } else {
@@ -116,11 +116,15 @@ fn format(path: &Path) -> Result<Format, Failure> {
 }
 
 /// The reflectance to store, and its name.
-fn source(arguments: &Arguments) -> Result<(String, Box<dyn Reflectance>), Failure> {
+fn source(
+    arguments: &Arguments,
+    output: &Output,
+) -> Result<(String, Box<dyn Reflectance>), Failure> {
     if let Some(path) = &arguments.source.measured {
         return Ok((measured::name(path), Box::new(measured::read(path)?)));
     }
-    let material = selection::material(arguments.source.material.as_deref().unwrap_or_default())?;
+    let name = arguments.source.material.as_deref().unwrap_or_default();
+    let material = selection::material(name, output)?;
     let reflectance: Box<dyn Reflectance> = match arguments.model.into() {
         Model::Sgd => Box::new(exact(&material, arguments.masking.into())),
         model => model.reflectance(&material)?,

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_1_PI;
 
 use nalgebra::DVector;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::fit::descent::further;
 use crate::fit::energy::{self, EnergyLimit};
@@ -29,7 +29,7 @@ pub enum Lobes {
 }
 
 /// Whether a fit may reflect more than arrives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Energy {
     /// F in \[0, 1\], so f ≥ 0 for every pair, and a directional albedo of at most 1.

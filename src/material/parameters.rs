@@ -36,7 +36,6 @@ pub const MAX_LOBES: usize = 3;
 
 /// Parameters of the published masking fit (Bagher et al. 2012, equation 15).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct MaskingParams {
     /// Amplitude λ > 0; not Smith's Λ.
     pub lambda: f64,
@@ -82,7 +81,6 @@ pub struct LobeParams {
 
 /// The fields of a [`LobeParams`] before they are checked.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct LobeFields {
     /// Width α of the distribution: a *squared* Beckmann width.
     pub alpha: f64,

@@ -23,3 +23,4 @@ pub mod sheet_plots;
 pub mod speed_error;
 pub mod speed_error_page;
 pub mod stopwatch;
+pub mod surface;

@@ -1,7 +1,7 @@
 //! A mark by which an exported scene is told from one that was edited since: a hash of the
 //! document, kept in the extension of one of its materials.
 
-use crate::asset::EXTENSION;
+use crate::asset::{EXTENSION, fingerprint};
 use crate::scene::walk;
 
 /// The mark before the hash is known; what stands in its place while it is computed.
@@ -13,7 +13,7 @@ pub(super) fn mark(text: String) -> String {
     if text.matches(&placeholder).count() != 1 {
         return text;
     }
-    let hash = hash(&text);
+    let hash = fingerprint(&text);
     text.replace(&placeholder, &member(&hash))
 }
 
@@ -27,7 +27,8 @@ fn member(mark: &str) -> String {
 #[must_use]
 pub fn is_unedited(text: &str) -> Option<bool> {
     let marks = marks(text);
-    let fits = |mark: &String| hash(&text.replace(&member(mark), &member(PLACEHOLDER))) == *mark;
+    let fits =
+        |mark: &String| fingerprint(&text.replace(&member(mark), &member(PLACEHOLDER))) == *mark;
     (!marks.is_empty()).then(|| marks.iter().any(fits))
 }
 
@@ -40,15 +41,6 @@ fn marks(text: &str) -> Vec<String> {
         }
     });
     marks
-}
-
-/// FNV-1a of 64 bits, in hexadecimal: it guards against mistakes, not against forgers. White space
-/// at the end is padding.
-fn hash(text: &str) -> String {
-    let hash = text.trim_end().bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    });
-    format!("{hash:016x}")
 }
 
 #[cfg(test)]
