@@ -25,7 +25,7 @@ pub enum Engine {
     Filament,
     /// The Khronos sample viewer 1.1: appendix B of the specification, colour by colour.
     Khronos,
-    /// Cycles of Blender 4.5 and 5.0.
+    /// Cycles 4.5 and 5.0.
     Cycles,
 }
 
