@@ -190,9 +190,8 @@ fn limits(model: &SgdModel) -> [f64; 3] {
         let mut albedo = model.rho_d;
         for ((ndf, masking), lobe) in lobes.iter().zip(&model.lobes) {
             let moments = FresnelMoments::new(ndf, masking, cos);
-            for c in 0..3 {
-                let fresnel = lobe.fresnel()[c];
-                albedo[c] += 4.0 / PI * lobe.rho_s[c] * moments.with_fresnel(&fresnel);
+            for (c, fresnel) in lobe.fresnel().iter().enumerate() {
+                albedo[c] += 4.0 / PI * lobe.rho_s[c] * moments.with_fresnel(fresnel);
                 if lobe.rho_s[c] > 0.0 {
                     let f = fresnel.eval(theta.to_radians().sin());
                     (limits[1], limits[2]) = (limits[1].min(f), limits[2].max(f));
