@@ -239,9 +239,12 @@ fn the_networks_are_nearer_than_the_trial_and_the_published_fit() {
             found.suns, found.absolute, published.absolute
         );
         assert!(found.suns <= published.suns, "{name}: {found:?}");
-        // The trial's sharp lobe of chrome is below what its pixels show: 0.06 nearer in a picture
-        // under suns, 3 farther in the highlights under area lights.
-        assert!(found.suns <= trial || name == "chrome", "{name}: {found:?}");
+        // The trial conserves no energy. Its sharp lobe of chrome is below what its pixels show: 0.06
+        // nearer in a picture under suns, 3 farther in the highlights under area lights.
+        let free = fit_of(&surface, Lobes::Auto, Energy::Free);
+        let free = reference.distance(&SgdModelBrdf::new(&free.model));
+        println!("    free: {:.2}", free.suns);
+        assert!(free.suns <= trial || name == "chrome", "{name}: {free:?}");
         // The published fit of this one has the peak, and misses what surrounds it.
         let peak = name == "specular-blue-phenolic";
         assert!(found.absolute <= published.absolute || peak, "{name}: {found:?} {published:?}");
