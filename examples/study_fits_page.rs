@@ -52,7 +52,8 @@ fn row(material: &'static Material) -> Row {
     let one_lobe = |family| one_lobe::fit_target(&target, family, Metric::default()).joint.brdf();
     let [beckmann, ggx] = [Family::Beckmann, Family::Ggx].map(one_lobe);
     let gltf = gltf::fit_target(&target, Metric::default()).material;
-    let fits = [2, 4, 8].map(|count| mixture::fit_target(&target, count));
+    let fits =
+        [2, 4, 8].map(|count| mixture::fit_target(&target, count, mixture::Objective::default()));
     let mixtures = fits.each_ref().map(|fit| Brdf::of_mixture(material, &fit.mixture));
     let models: [&dyn Reflectance; 6] =
         [&beckmann, &ggx, &gltf, &mixtures[0], &mixtures[1], &mixtures[2]];

@@ -10,7 +10,7 @@ use crate::cli::output::Output;
 use crate::cli::selection::Materials;
 use sgdbake::brdf::{Brdf, OneLobe, Reflectance};
 use sgdbake::fit::gltf::GltfFit;
-use sgdbake::fit::mixture::{MAX_COMPONENTS, MixtureFit};
+use sgdbake::fit::mixture::{MAX_COMPONENTS, MixtureFit, Objective};
 use sgdbake::fit::one_lobe::OneLobeFit;
 use sgdbake::fit::target::Residuals;
 use sgdbake::fit::{Metric, Reason, Target, gltf, mixture, one_lobe};
@@ -39,6 +39,9 @@ pub struct Arguments {
     /// Beckmann distributions of the model 'mixture', from 1 to 32
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = component_count)]
     components: usize,
+    /// The measure of the errors of the model 'mixture'
+    #[arg(long, value_enum, default_value_t)]
+    objective: ObjectiveChoice,
     /// Machine-readable output, one JSON object a line
     #[arg(long)]
     json: bool,
@@ -55,6 +58,25 @@ enum Model {
     Mixture,
     /// A glTF 2.0 material
     Gltf,
+}
+
+/// The measure of a mixture's errors by its name on the command line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum ObjectiveChoice {
+    /// The sum of their squares
+    #[default]
+    LeastSquares,
+    /// The largest of them
+    Minimax,
+}
+
+impl From<ObjectiveChoice> for Objective {
+    fn from(choice: ObjectiveChoice) -> Self {
+        match choice {
+            ObjectiveChoice::LeastSquares => Self::LeastSquares,
+            ObjectiveChoice::Minimax => Self::Minimax,
+        }
+    }
 }
 
 /// The result of a fit.
@@ -118,7 +140,7 @@ impl<'a> Study<'a> {
         let target = Target::new(material);
         let ball = ReferenceBall::new(material);
         let fit = |model: &Model| {
-            let fit = model.fit(&target, arguments.components);
+            let fit = model.fit(&target, arguments.components, arguments.objective.into());
             let pictured = fit.reflectances(material);
             let pictured = pictured.into_iter().map(|(of, residuals, reflectance)| {
                 let delta_e = ball.delta_e(&*reflectance);
@@ -183,14 +205,14 @@ impl Model {
         }
     }
 
-    fn fit(self, target: &Target, count: usize) -> Fit {
+    fn fit(self, target: &Target, count: usize, objective: Objective) -> Fit {
         let one_lobe = |family| {
             Fit::OneLobe(Box::new(one_lobe::fit_target(target, family, Metric::default())))
         };
         match self {
             Self::Beckmann => one_lobe(Family::Beckmann),
             Self::Ggx => one_lobe(Family::Ggx),
-            Self::Mixture => Fit::Mixture(mixture::fit_target(target, count)),
+            Self::Mixture => Fit::Mixture(mixture::fit_target(target, count, objective)),
             Self::Gltf => Fit::Gltf(gltf::fit_target(target, Metric::default())),
         }
     }

@@ -161,7 +161,7 @@ pub struct ErrorNote {
 }
 
 /// What a promised error rests on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Proof {
     /// A bound over every pair of directions, for texels mixed in f32 and by texture units that

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use sgdbake::asset::{Asset, MaterialEntry, Parameters, Texture};
 use sgdbake::brdf::GltfBrdf;
 use sgdbake::encode::{Format, Interpolation, Location, TextureEntry};
-use sgdbake::lut::{Axis, Depth, Encoding, ErrorNote, Quantity, Variable, Warp};
+use sgdbake::lut::{Axis, Depth, Encoding, ErrorNote, Proof, Quantity, Variable, Warp};
 use sgdbake::material::{LobeFields, LobeParams, MaskingParams};
 use sgdbake::microfacet::SharedMixture;
 
@@ -65,6 +65,11 @@ fn entry(quantity: Quantity) -> TextureEntry {
         filter: Interpolation::Linear,
         rows: vec!["gold-paint".into()],
         row: None,
-        error: ErrorNote { tolerance: Some(0.001), measured: Some(0.0005) },
+        error: ErrorNote {
+            tolerance: Some(0.001),
+            measured: Some(0.0005),
+            measured_truncated: None,
+            proof: Some(Proof::Bounded),
+        },
     }
 }
