@@ -242,7 +242,7 @@ fn the_networks_are_nearer_than_the_trial_and_the_published_fit() {
         // The trial conserves no energy. Its sharp lobe of chrome is below what its pixels show: 0.06
         // nearer in a picture under suns, 3 farther in the highlights under area lights.
         let free = fit_of(&surface, Lobes::Auto, Energy::Free);
-        let free = reference.distance(&SgdModelBrdf::new(&free.model));
+        let free = reference.distance(&brdf(&free.model));
         println!("    free: {:.2}", free.suns);
         assert!(free.suns <= trial || name == "chrome", "{name}: {free:?}");
         // The published fit of this one has the peak, and misses what surrounds it.
