@@ -5,7 +5,6 @@ import uuid
 from pathlib import Path
 
 import bpy
-import bpy_extras.io_utils
 
 from . import catalogue, importing, material
 from .manifest import FormatError

@@ -24,7 +24,8 @@ def first():
 
 def ignored(scene, light):
     """The names of what else lights the scene."""
-    others = [thing.name for thing in scene.objects if thing.type == "LIGHT" and thing != light and not thing.hide_render]
+    others = [thing.name for thing in scene.objects
+              if thing.type == "LIGHT" and thing != light and not thing.hide_render]
     return others + ([scene.world.name] if scene.world is not None else [])
 
 

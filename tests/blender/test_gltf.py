@@ -35,6 +35,7 @@ def sgd_material(path):
         view = document["bufferViews"][texture.pop("bufferView")]
         start = view.get("byteOffset", 0)
         texture["bytes"] = binary[start:start + view["byteLength"]]
+    extension.pop("document", None)  # the hash of the document that sgdbake wrote: this one is Blender's
     return without_null(version_2(extension)), material, document
 
 

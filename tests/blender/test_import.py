@@ -58,8 +58,13 @@ def test_undo_takes_the_import_back(scene, manifest):
 @pytest.mark.parametrize("change, expected", [
     (lambda m: m.update(schema="sgdbake/manifest/9"), "this extension reads 'sgdbake/manifest/2'"),
     (lambda m: m.pop("materials"), "materials is None; expected list"),
-    (lambda m: m["materials"][0]["channels"].pop("g"), "channels: g is None; expected dict"),
-    (lambda m: m["materials"][0]["channels"]["r"].update(f0="x"), "channels.r: f0 is 'x'; expected int or float"),
+    (lambda m: m["materials"][0]["lobes"][1].pop("f0"), "lobes[1]: f0 is None; expected list"),
+    (lambda m: m["materials"][0]["lobes"][1].update(alpha="x"), "lobes[1]: alpha is 'x'; expected int or float"),
+    (lambda m: m["materials"][0]["lobes"][1].update(rho_s=[0.1]), "rho_s has 1 numbers; expected 3"),
+    (lambda m: m["materials"][0]["lobes"].extend(m["materials"][0]["lobes"]), "lobes has 6 entries; expected at most 3"),
+    (lambda m: m["materials"][0]["mixture"]["weights"].pop(), "mixture: "),
+    (lambda m: m["materials"][0].pop("mixture"), "mixture is None; expected dict"),
+    (lambda m: m["materials"][0].update(fresnel_rows=[0, 0, 99]), "row is 99; fresnel has"),
     (lambda m: m["materials"][0].update(row=99), "row is 99"),
     (lambda m: m["textures"][0].update(file="gone.exr"), "gone.exr is missing"),
     (lambda m: m["textures"][0].update(size=[3, 1]), "row is"),
@@ -70,6 +75,29 @@ def test_a_broken_manifest_is_refused_with_its_reason(scene, copy, change, expec
         imported(edited(copy, change))
     assert expected in str(refused.value)
     assert not bpy.data.materials
+
+
+def version_1(entry):
+    """A published material's entry as version 1 wrote it: three channels in place of three lobes."""
+    lobes = entry["lobes"]
+    channels = {name: {"rho_d": entry["diffuse"][c], "alpha": lobes[c]["alpha"], "p": lobes[c]["p"],
+                       **lobes[c]["masking"], **{key: lobes[c][key][c] for key in ("rho_s", "f0", "f1")}}
+                for c, name in enumerate("rgb")}
+    return {"name": entry["name"], "row": entry["row"], "channels": channels, "ndf_peak": entry["ndf_peak"],
+            "gltf": entry["gltf"], "lobes": entry["mixture"]}
+
+
+def test_a_manifest_of_version_1_is_read_alike(scene, manifest, copy):
+    from sgd_materials import lobes, manifest as reader
+
+    def older(document):
+        document["schema"] = "sgdbake/manifest/1"
+        document["materials"] = [version_1(each) for each in document["materials"]]
+
+    for new, old in zip(reader.read_manifest(manifest), reader.read_manifest(edited(copy, older))):
+        assert lobes.blends(old.description) == lobes.blends(new.description)
+        assert lobes.specular(old.description) == lobes.specular(new.description)
+        assert old.description["row"] == new.description["row"]
 
 
 def test_not_json_and_an_unknown_name(scene, copy, manifest):
