@@ -3,12 +3,12 @@
 
 use divan::{Bencher, black_box};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use sgdbake::brdf::ChannelBrdf;
 use sgdbake::brdf::batch::InstructionSet;
-use sgdbake::encode::{exr, ktx2};
-use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Row, albedo, bake, volume};
+use sgdbake::brdf::{MaskingKind, SgdBrdf};
+use sgdbake::encode::{Format, encode};
+use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Row, Rows, albedo, bake, volume};
 use sgdbake::material::{Material, catalog, find};
-use sgdbake::microfacet::masking::MaskingKind;
+use sgdbake::microfacet::Accuracy;
 
 fn main() {
     divan::main();
@@ -16,9 +16,10 @@ fn main() {
 
 fn row(name: &str) -> Row {
     let material = &find(name).expect("in the catalogue").material;
-    let evaluator = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, 1e-8).tabulated();
-    let channels = material.channels.each_ref().map(evaluator);
-    Row::new(name, &channels, [true; 3])
+    let brdf = SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Table).tabulated();
+    let mut rows = Rows::default();
+    rows.push(name, &brdf, [true; 3]);
+    rows.lobes.swap_remove(0)
 }
 
 /// The search, its verification and the tables, at tolerance 1e-3.
@@ -51,13 +52,13 @@ fn volume_256_on(bencher: Bencher<'_, '_>, set: &InstructionSet) {
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn volume_256_as_ktx2(bencher: Bencher<'_, '_>) {
     let table = volume::tabulate(&row("gold-paint"), 0, [256; 3], Depth::Half);
-    bencher.bench(|| ktx2::encode(black_box(&table), "brdf3d-0.ktx2"));
+    bencher.bench(|| encode(black_box(&table), Format::Ktx2));
 }
 
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn volume_256_as_exr(bencher: Bencher<'_, '_>) {
     let table = volume::tabulate(&row("gold-paint"), 0, [256; 3], Depth::Half);
-    bencher.bench(|| exr::encode(black_box(&table), "brdf3d-0.exr"));
+    bencher.bench(|| encode(black_box(&table), Format::Exr));
 }
 
 /// 43 materials, three moments each, at 128 angles: 129 × 128 texels of three channels, from at

@@ -10,9 +10,10 @@ use std::{
 };
 
 use divan::{Bencher, black_box};
-use sgdbake::scene::{Replacement, Scene};
+use sgdbake::asset::Asset;
+use sgdbake::scene::Scene;
 
-#[path = "../tests/support/replacement.rs"]
+#[path = "../tests/support/asset.rs"]
 mod support;
 
 fn main() {
@@ -59,10 +60,9 @@ fn folder() -> &'static Path {
     path
 }
 
-fn write(scene: &Scene, replacements: &[&Replacement], target: &Path) {
+fn write(scene: &Scene, assets: &[&Asset], target: &Path) {
     let slots = scene.slots();
-    let assigned: Vec<_> =
-        slots.iter().map(|slot| slot.id).zip(replacements.iter().copied()).collect();
+    let assigned: Vec<_> = slots.iter().map(|slot| slot.id).zip(assets.iter().copied()).collect();
     for file in scene.export(&assigned, target).expect("the scene can be exported").files {
         let mut out = File::create(&file.path).expect("the temporary folder can be written");
         file.write_to(&mut out).expect("the temporary folder can be written");
@@ -83,10 +83,10 @@ fn glb_copy(bencher: Bencher<'_, '_>) {
 #[divan::bench]
 fn glb_export(bencher: Bencher<'_, '_>) {
     let [from, to] = ["grid.glb", "out.glb"].map(|name| folder().join(name));
-    let replacement = support::replacement();
+    let asset = support::asset();
     bencher.bench(|| {
         let scene = Scene::open(&from).expect("the grid is valid");
-        write(&scene, &[&replacement], &to);
+        write(&scene, &[&asset], &to);
     });
 }
 

@@ -4,9 +4,9 @@
 
 use divan::{Bencher, black_box};
 use rayon::prelude::*;
-use sgdbake::brdf::Distribution;
-use sgdbake::fit::{Metric, Target, gltf, lobes, one_lobe};
+use sgdbake::fit::{Metric, Target, gltf, mixture, one_lobe};
 use sgdbake::material::catalog;
+use sgdbake::microfacet::Family;
 
 fn main() {
     divan::main();
@@ -24,31 +24,31 @@ fn target() {
     }
 }
 
-#[divan::bench(args = [Distribution::Beckmann, Distribution::Ggx], sample_count = 3, sample_size = 1)]
-fn one_lobe_fit(bencher: Bencher<'_, '_>, distribution: Distribution) {
+#[divan::bench(args = [Family::Beckmann, Family::Ggx], sample_count = 3, sample_size = 1)]
+fn one_lobe_fit(bencher: Bencher<'_, '_>, family: Family) {
     let targets = targets();
     bencher.bench(|| {
         for target in &targets {
-            black_box(one_lobe::fit_target(target, distribution, Metric::default()));
+            black_box(one_lobe::fit_target(target, family, Metric::default()));
         }
     });
 }
 
 #[divan::bench(args = [1, 2, 4, 8], sample_count = 3, sample_size = 1)]
-fn lobes_fit(bencher: Bencher<'_, '_>, count: usize) {
+fn mixture_fit(bencher: Bencher<'_, '_>, count: usize) {
     let targets = targets();
     bencher.bench(|| {
         for target in &targets {
-            black_box(lobes::fit_target(target, count));
+            black_box(mixture::fit_target(target, count));
         }
     });
 }
 
-/// The lobes that a manifest or a scene carries, as many as each material needs.
+/// The mixtures that a manifest or a scene carries, as many as each material needs.
 #[divan::bench(sample_count = 3, sample_size = 1)]
-fn lobes_for_picture() {
+fn mixture_for_picture() {
     for entry in catalog() {
-        black_box(lobes::for_picture(&entry.material));
+        black_box(mixture::for_picture(&entry.material));
     }
 }
 
@@ -67,10 +67,10 @@ fn gltf_fit(bencher: Bencher<'_, '_>) {
 fn all_models_in_parallel() {
     catalog().par_iter().for_each(|entry| {
         let target = Target::new(&entry.material);
-        for distribution in [Distribution::Beckmann, Distribution::Ggx] {
-            black_box(one_lobe::fit_target(&target, distribution, Metric::default()));
+        for family in [Family::Beckmann, Family::Ggx] {
+            black_box(one_lobe::fit_target(&target, family, Metric::default()));
         }
-        black_box(lobes::fit_target(&target, 8));
+        black_box(mixture::fit_target(&target, 8));
         black_box(gltf::fit_target(&target, Metric::default()));
     });
 }

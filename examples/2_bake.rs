@@ -3,10 +3,10 @@
 // An example shows what it found.
 #![allow(clippy::print_stdout)]
 
-use sgdbake::encode::exr;
+use sgdbake::brdf::MaskingKind;
+use sgdbake::encode::{Format, encode};
 use sgdbake::lut::{Depths, Extent, Quantity, Request, bake};
 use sgdbake::material::find;
-use sgdbake::microfacet::masking::MaskingKind;
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let materials = [&find("gold-paint")?.material, &find("chrome")?.material];
@@ -18,7 +18,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let baked = bake(&materials, &request)?;
     for table in &baked.tables {
-        let bytes = exr::encode(table, table.quantity.name());
+        let bytes = encode(table, Format::Exr)?;
         println!(
             "{}: {:?} texels, {} bytes of EXR",
             table.quantity.name(),

@@ -3,9 +3,9 @@
 // An example shows what it found.
 #![allow(clippy::print_stdout)]
 
-use sgdbake::brdf::one_lobe::Distribution;
 use sgdbake::fit::{Metric, gltf, one_lobe};
 use sgdbake::material::{UnknownMaterial, find};
+use sgdbake::microfacet::Family;
 
 pub(crate) fn main() -> Result<(), UnknownMaterial> {
     let material = &find("gold-paint")?.material;
@@ -17,11 +17,11 @@ pub(crate) fn main() -> Result<(), UnknownMaterial> {
     );
     let residual = fit.residuals.in_metric(Metric::default());
     println!("      relative residual per channel {residual:.4?}");
-    for distribution in [Distribution::Beckmann, Distribution::Ggx] {
-        let fit = one_lobe::fit(material, distribution);
+    for family in [Family::Beckmann, Family::Ggx] {
+        let fit = one_lobe::fit(material, family);
         let alpha = fit.per_channel.channels.map(|channel| channel.alpha);
         let residual = fit.per_channel_residuals.in_metric(Metric::default());
-        println!("{distribution:?}: alpha {alpha:.3?}, residual {residual:.4?}");
+        println!("{family:?}: alpha {alpha:.3?}, residual {residual:.4?}");
     }
     Ok(())
 }

@@ -1,37 +1,34 @@
-//! A scene whose slot takes a measured material: a .glb with the best glTF fit.
+//! A scene whose slot takes a measured material: the best glTF fit, the parameters and the lookup
+//! textures, all in one .glb.
 
 // An example shows what it found.
 #![allow(clippy::print_stdout)]
 
 use std::path::Path;
 
-use sgdbake::fit::gltf;
+use sgdbake::asset::build;
+use sgdbake::brdf::MaskingKind;
+use sgdbake::encode::Format;
+use sgdbake::lut::{Depths, Extent, Quantity, Request};
 use sgdbake::material::find;
-use sgdbake::scene::{Bytes, Replacement, Scene, Specular};
+
+use sgdbake::scene::Scene;
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let material = &find("gold-paint")?.material;
-    let best = gltf::fit(material).material;
-    let replacement = Replacement {
-        name: material.name.clone(),
-        base_color: best.base_color,
-        metallic: best.metallic,
-        roughness: best.roughness,
-        specular: Some(Specular { factor: best.specular_factor, color: best.specular_color }),
-        clearcoat: None,
-        extension: serde_json::Map::new(),
-        extras: serde_json::to_value(material.channels)?,
-        textures: Vec::new(),
+    let request = Request {
+        quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+        masking: MaskingKind::Exact,
+        extent: Extent::Tolerance(1e-2),
+        depths: Depths::Smallest,
     };
+    let product = build(&[&find("gold-paint")?.material], &request, Format::Exr)?;
     let scene = Scene::ball(48)?;
-    for slot in scene.slots() {
-        println!("slot: {}", slot.label());
-    }
-    let assigned: Vec<_> = scene.slots().iter().map(|slot| (slot.id, &replacement)).collect();
+    let assigned: Vec<_> = scene.slots().iter().map(|slot| (slot.id, &product.assets[0])).collect();
     let export = scene.export(&assigned, Path::new("ball.glb"))?;
     for file in &export.files {
-        let bytes: u64 = file.pieces.iter().map(Bytes::len).sum();
-        println!("{}: {bytes} bytes", file.path.display());
+        let mut bytes = Vec::new();
+        file.write_to(&mut bytes)?;
+        println!("{}: {} bytes", file.path.display(), bytes.len());
     }
     Ok(())
 }

@@ -6,11 +6,11 @@
 use std::io::Cursor;
 
 use exr::prelude::{ReadChannels as _, ReadLayers as _, read};
-use sgdbake::encode::exr as texture;
+use sgdbake::brdf::MaskingKind;
+use sgdbake::encode::{Format, encode};
 use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Warp, bake};
 use sgdbake::material::find;
 use sgdbake::microfacet::SgdNdf;
-use sgdbake::microfacet::masking::MaskingKind;
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let material = &find("gold-paint")?.material;
@@ -21,11 +21,11 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         depths: Depths::Only(Depth::Half),
     };
     let baked = bake(&[material], &request)?;
-    let red = red_texels(&texture::encode(&baked.tables[0], "ndf.exr"))?;
+    let red = red_texels(&encode(&baked.tables[0], Format::Exr)?)?;
     let Some(Warp::Log1p { scale, max }) = &baked.tables[0].axes[0].warp else {
         return Err("the axis of ndf is log1p".into());
     };
-    let exact = SgdNdf::new(material.channels[0].alpha, material.channels[0].p);
+    let exact = SgdNdf::new(material.lobes()[0].alpha(), material.lobes()[0].p());
     for tan2 in [0.0, 0.01, 0.1, 0.5] {
         // u = ln(1 + x/s)/ln(1 + m/s), between texel centres u·(n − 1)
         let u = (f64::min(tan2, max[0]) / scale[0]).ln_1p() / (max[0] / scale[0]).ln_1p();
@@ -35,7 +35,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         let texel = f64::from(red[left]) * (1.0 - share) + f64::from(red[left + 1]) * share;
         // D = ndf_peak · exp(texel) · (1 + x)²
         let d = baked.placed[0].ndf_peak[0] * texel.exp() * (1.0 + tan2) * (1.0 + tan2);
-        println!("tan²θ {tan2}: D {d:.5} from the texture, {:.5} exactly", exact.eval(tan2));
+        println!("tan²θ {tan2}: D {d:.5} from the texture, {:.5} exactly", exact.ndf(tan2));
     }
     Ok(())
 }

@@ -3,10 +3,9 @@
 // An example shows what it found.
 #![allow(clippy::print_stdout)]
 
-use sgdbake::brdf::SgdBrdf;
 use sgdbake::brdf::albedo::directional_albedo;
+use sgdbake::brdf::{MaskingKind, SgdBrdf};
 use sgdbake::material::parse;
-use sgdbake::microfacet::masking::MaskingKind;
 
 const FILE: &str = r#"
 name = "my-paint"

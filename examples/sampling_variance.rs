@@ -12,11 +12,10 @@ use glam::DVec3;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use sgdbake::brdf::albedo::directional_albedo;
-use sgdbake::brdf::sampler::{Lobe, Sampler, Strategy, published_sample};
-use sgdbake::brdf::{ChannelBrdf, SgdBrdf};
-use sgdbake::material::{ChannelParams, Material, find};
+use sgdbake::brdf::sampler::published_sample;
+use sgdbake::brdf::{MaskingKind, Sampler, SgdBrdf, Strategy};
+use sgdbake::material::{ChannelParams, LobeParams, Material, find};
 use sgdbake::math::direction::{cos_sin_degrees, from_cos_sin};
-use sgdbake::microfacet::masking::MaskingKind;
 
 const DRAWS: u32 = 200_000;
 const KIND: MaskingKind = MaskingKind::Fitted;
@@ -52,8 +51,8 @@ fn shared(sampler: &Sampler, wo: DVec3, u: [f64; 3]) -> [f64; 3] {
 
 /// A direction of its own for each channel: the sampler of a grey material per channel.
 fn per_channel(material: &Material) -> [Sampler; 3] {
-    material.channels.map(|channel| {
-        let grey = Material { name: material.name.clone(), channels: [channel; 3] };
+    material.channels().expect("in the paper's form").map(|channel| {
+        let grey = Material::of_channels("grey", &[channel; 3]).expect("in range");
         Sampler::new(&grey, KIND, Strategy::Vndf)
     })
 }
@@ -66,11 +65,11 @@ fn variance_table() {
     for name in ["chrome", "blue-acrylic", "gold-metallic-paint2", "gold-paint", "pink-fabric"] {
         let material = &find(name).expect("in the catalogue").material;
         let brdf = SgdBrdf::new(material, KIND);
-        let alpha = |params: &ChannelParams| Lobe::Ggx { alpha: params.alpha };
+        let widths: Vec<f64> = material.lobes().iter().map(LobeParams::alpha).collect();
         let samplers = [
             Sampler::new(material, KIND, Strategy::Vndf),
             Sampler::new(material, KIND, Strategy::Ggx),
-            Sampler::with_lobes(material, KIND, alpha),
+            Sampler::new(material, KIND, Strategy::Ggx).with_ggx_widths(&widths),
         ];
         let own = per_channel(material);
         for theta in [0.0, 45.0, 80.0] {
@@ -79,9 +78,8 @@ fn variance_table() {
             let [vndf, ggx, narrow] =
                 samplers.each_ref().map(|sampler| noise(albedo, |u| shared(sampler, wo, u)));
             let separate = noise(albedo, |u| std::array::from_fn(|c| shared(&own[c], wo, u)[c]));
-            let published = noise(albedo, |u| {
-                brdf.channels.each_ref().map(|channel| published_sample(channel, wo, u).printed)
-            });
+            let published =
+                noise(albedo, |u| [0, 1, 2].map(|c| published_sample(&brdf, c, c, wo, u).printed));
             let cells =
                 [vndf, separate, ggx, narrow, published].map(|[second_moment, largest, cost]| {
                     format!("{second_moment:.3} ({largest:.3}) {cost:.0}")
@@ -94,16 +92,16 @@ fn variance_table() {
 fn erratum_table() {
     println!("| θo | quadrature | published weight | corrected weight | standard error |");
     println!("|---|---|---|---|---|");
-    let params = find("gold-paint").expect("in the catalogue").material.channels[1];
-    let specular = ChannelBrdf::new(&ChannelParams { rho_d: 0.0, ..params }, KIND);
-    let brdf = SgdBrdf { channels: [specular.clone(), specular.clone(), specular.clone()] };
+    let params = find("gold-paint").expect("in the catalogue").channels[1];
+    let specular = [ChannelParams { rho_d: 0.0, ..params }; 3];
+    let brdf = SgdBrdf::new(&Material::of_channels("specular", &specular).expect("in range"), KIND);
     for theta in [0.0, 30.0, 60.0, 80.0] {
         let wo = direction(theta);
         let quadrature = directional_albedo(&brdf, wo.z)[1];
         let mut rng = Pcg64Mcg::seed_from_u64(1);
         let (mut printed, mut corrected, mut squares) = (0.0, 0.0, 0.0);
         for _ in 0..10 * DRAWS {
-            let sample = published_sample(&specular, wo, rng.random());
+            let sample = published_sample(&brdf, 1, 0, wo, rng.random());
             printed += sample.printed;
             corrected += sample.corrected;
             squares += sample.corrected * sample.corrected;

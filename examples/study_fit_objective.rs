@@ -10,10 +10,10 @@
 use std::error::Error;
 use std::path::Path;
 
-use sgdbake::brdf::{Distribution, GltfBrdf, OneLobeBrdf, Reflectance, SgdBrdf};
+use sgdbake::brdf::{GltfBrdf, MaskingKind, Reflectance, SgdBrdf};
 use sgdbake::fit::{Metric, Target, gltf, one_lobe};
 use sgdbake::material::{Material, catalog};
-use sgdbake::microfacet::masking::MaskingKind;
+use sgdbake::microfacet::Family;
 use sgdbake::preview::ball::{KEY_LIGHT, under_sun};
 use sgdbake::preview::environment::Environment;
 use sgdbake::preview::render::{Quality, drawn_from, render};
@@ -51,11 +51,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Per model, the differences of its fits.
 fn differences(material: &Material, environment: &Environment) -> [Differences; 3] {
     let target = Target::new(material);
-    let one_lobe = |distribution| {
-        Metric::ALL.map(|metric| one_lobe::fit_target(&target, distribution, metric).joint)
+    let one_lobe = |family| {
+        Metric::ALL.map(|metric| one_lobe::fit_target(&target, family, metric).joint.brdf())
     };
-    let beckmann: [OneLobeBrdf; 3] = one_lobe(Distribution::Beckmann);
-    let ggx: [OneLobeBrdf; 3] = one_lobe(Distribution::Ggx);
+    let [beckmann, ggx] = [Family::Beckmann, Family::Ggx].map(one_lobe);
     let gltf: [GltfBrdf; 3] = Metric::ALL.map(|metric| gltf::fit_target(&target, metric).material);
     let exact = SgdBrdf::new(material, MaskingKind::Fitted);
     let models: [&dyn Reflectance; 10] = [

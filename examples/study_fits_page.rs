@@ -9,17 +9,16 @@ use std::fmt::Write as _;
 use std::fs;
 
 use rayon::prelude::*;
-use sgdbake::brdf::{Distribution, LobesBrdf, Reflectance, SgdBrdf};
-use sgdbake::fit::{Metric, Target, gltf, lobes, one_lobe};
+use sgdbake::brdf::{Brdf, MaskingKind, Reflectance, SgdBrdf};
+use sgdbake::fit::{Metric, Target, gltf, mixture, one_lobe};
 use sgdbake::material::{Channel, Material, catalog, find};
-use sgdbake::microfacet::SgdNdf;
-use sgdbake::microfacet::masking::MaskingKind;
+use sgdbake::microfacet::{Distribution as _, Family, SgdNdf};
 use sgdbake::preview::ball::{KEY_LIGHT, under_sun};
 use sgdbake::report::axis::Axis;
 use sgdbake::report::chart::{Chart, Curve, Key, Page, Shown};
 use sgdbake::report::sheet_page::STYLE;
 
-const MODELS: [&str; 6] = ["Beckmann", "GGX", "glTF", "2 lobes", "4 lobes", "8 lobes"];
+const MODELS: [&str; 6] = ["Beckmann", "GGX", "glTF", "2 Beckmann", "4 Beckmann", "8 Beckmann"];
 /// CSS classes of their curves.
 const CLASSES: [&str; 6] = ["beckmann", "ggx", "gltf", "lobes two", "lobes four", "lobes eight"];
 /// Residuals below are drawn on the axis.
@@ -50,12 +49,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn row(material: &'static Material) -> Row {
     let target = Target::new(material);
-    let one_lobe =
-        |distribution| one_lobe::fit_target(&target, distribution, Metric::default()).joint;
-    let [beckmann, ggx] = [Distribution::Beckmann, Distribution::Ggx].map(one_lobe);
+    let one_lobe = |family| one_lobe::fit_target(&target, family, Metric::default()).joint.brdf();
+    let [beckmann, ggx] = [Family::Beckmann, Family::Ggx].map(one_lobe);
     let gltf = gltf::fit_target(&target, Metric::default()).material;
-    let lobes = [2, 4, 8].map(|count| lobes::fit_target(&target, count));
-    let mixtures = lobes.each_ref().map(|fit| LobesBrdf::new(material, &fit.lobes));
+    let fits = [2, 4, 8].map(|count| mixture::fit_target(&target, count));
+    let mixtures = fits.each_ref().map(|fit| Brdf::of_mixture(material, &fit.mixture));
     let models: [&dyn Reflectance; 6] =
         [&beckmann, &ggx, &gltf, &mixtures[0], &mixtures[1], &mixtures[2]];
     let exact = under_sun(&SgdBrdf::new(material, MaskingKind::Exact), KEY_LIGHT, BALL);
@@ -66,7 +64,7 @@ fn row(material: &'static Material) -> Row {
             ((r * r + g * g + b * b) / 3.0).sqrt()
         }),
         delta_e: models.map(|model| under_sun(model, KEY_LIGHT, BALL).delta_e(&exact).mean),
-        ndf_error: lobes.each_ref().map(|fit| fit.ndf_error.into_iter().fold(0.0, f64::max)),
+        ndf_error: fits.each_ref().map(|fit| fit.ndf_error.iter().copied().fold(0.0, f64::max)),
     }
 }
 
@@ -144,19 +142,21 @@ fn plot_profiles() -> Result<(), Box<dyn Error>> {
 type Profile<'a> = (&'static str, &'static str, &'a dyn Fn(f64) -> f64);
 
 fn profile(material: &Material, channel: usize) -> Chart {
-    let params = &material.channels[channel];
-    let exact = SgdNdf::new(params.alpha, params.p);
-    let fit = |distribution| one_lobe::fit(material, distribution).per_channel;
-    let ggx = fit(Distribution::Ggx).channels[channel].alpha;
-    let beckmann = fit(Distribution::Beckmann).channels[channel].alpha;
-    let mixture = |count| lobes::fit(material, count).lobes.channel(channel);
+    let lobe = &material.lobes()[channel];
+    let exact = SgdNdf::new(lobe.alpha(), lobe.p());
+    let fit = |family: Family| {
+        family.of_width(one_lobe::fit(material, family).per_channel.channels[channel].alpha)
+    };
+    let ggx = fit(Family::Ggx);
+    let beckmann = fit(Family::Beckmann);
+    let mixture = |count| mixture::fit(material, count).mixture.of_lobe(channel);
     let (two, eight) = (mixture(2), mixture(8));
     let profiles: [Profile<'_>; 5] = [
-        ("sgd", "SGD", &|x| exact.eval(x)),
-        ("beckmann", "Beckmann", &|x| Distribution::Beckmann.ndf(beckmann, x)),
-        ("ggx", "GGX", &|x| Distribution::Ggx.ndf(ggx, x)),
-        ("lobes two", "2 lobes", &|x| two.ndf(x)),
-        ("lobes eight", "8 lobes", &|x| eight.ndf(x)),
+        ("sgd", "SGD", &|x| exact.ndf(x)),
+        ("beckmann", "Beckmann", &|x| beckmann.ndf(x)),
+        ("ggx", "GGX", &|x| ggx.ndf(x)),
+        ("lobes two", "2 Beckmann", &|x| two.ndf(x)),
+        ("lobes eight", "8 Beckmann", &|x| eight.ndf(x)),
     ];
     let degrees: Vec<f64> = (0..=160).map(|i| 0.01 * 8000_f64.powf(f64::from(i) / 160.0)).collect();
     let curve = |(class, _, d): &Profile<'_>| Curve {

@@ -4,9 +4,10 @@
 use std::{fs, io, path::Path};
 
 use sgdbake::{
-    cli::{assignment, inspect},
+    brdf::Reflectance as _,
     material,
-    scene::{Pattern, Scene, SlotId, resolve},
+    measurement::Measurement,
+    scene::{Assignment, Contents, Pattern, Scene, SlotId, resolve},
 };
 
 /// A .glb.
@@ -37,7 +38,7 @@ pub fn material(bytes: &[u8]) {
 
 /// An assignment file, its patterns resolved.
 pub fn assignment(bytes: &[u8]) {
-    let Ok(assignments) = assignment::parse(&String::from_utf8_lossy(bytes)) else { return };
+    let Ok(assignments) = Assignment::parse_file(&String::from_utf8_lossy(bytes)) else { return };
     let patterns: Vec<_> =
         assignments.into_iter().map(|a| (Pattern::new(&a.slot), a.material)).collect();
     if let Ok(ball) = Scene::ball(2) {
@@ -47,8 +48,27 @@ pub fn assignment(bytes: &[u8]) {
 
 /// A manifest, and the same bytes as a texture.
 pub fn manifest(bytes: &[u8]) {
-    let _ = inspect::of_manifest(&String::from_utf8_lossy(bytes));
-    let _ = inspect::of_texture(bytes);
+    let _ = Contents::of_manifest(&String::from_utf8_lossy(bytes));
+    let _ = Contents::of_texture(bytes);
+}
+
+/// A measurement in any format; what is read has a value everywhere, and can be written again.
+pub fn measurement(bytes: &[u8]) {
+    let read = Measurement::from_reader(&mut io::Cursor::new(bytes), bytes.len() as u64);
+    let Ok(measurement) = read else { return };
+    for sample in measurement.samples().take(50) {
+        assert!(sample.weight >= 0.0, "a weight is a solid angle");
+        let f = measurement.eval(sample.wi, sample.wo);
+        assert!(f.iter().all(|f| f.is_nan() || *f >= 0.0), "{f:?}");
+    }
+    if let Measurement::Rgl(rgl) = &measurement {
+        let mut out = Vec::new();
+        rgl.write_to(&mut out).expect("memory takes every write");
+        let length = out.len() as u64;
+        let again = Measurement::from_reader(&mut io::Cursor::new(out), length);
+        let Ok(Measurement::Rgl(again)) = again else { panic!("what was written can be read") };
+        assert_eq!(&again, rgl);
+    }
 }
 
 /// Opens a scene with files beside it, and exports it with every slot assigned to both containers.
@@ -61,8 +81,8 @@ fn scene(name: &str, bytes: &[u8], beside: &[(&str, &[u8])]) {
     }
     let Ok(scene) = Scene::open(&path) else { return };
     let slots = scene.slots();
-    let replacement = super::replacement();
-    let assigned: Vec<_> = slots.iter().map(|slot| (slot.id, &replacement)).collect();
+    let asset = super::asset();
+    let assigned: Vec<_> = slots.iter().map(|slot| (slot.id, &asset)).collect();
     for target in ["out.glb", "out.gltf"] {
         let target = folder.path().join(target);
         for assigned in [&assigned[..], &[]] {

@@ -21,6 +21,9 @@ cargo test --quiet --no-fail-fast
 step "Textures: independent readers, shaders on a device"
 scripts/test-lut.sh
 
+step "Measurement files: Mitsuba reads and renders them"
+scripts/test-measurement.sh
+
 if [ -x scripts/setup-blender.sh ]; then
   step "Blender"
   scripts/setup-blender.sh

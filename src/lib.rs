@@ -17,14 +17,22 @@
 //! the reflectance of a pair of directions. Each module names only modules to its left;
 //! ARCHITECTURE.md holds the table and a test keeps it.
 
+#[cfg(feature = "full")]
+pub mod asset;
 pub mod brdf;
-pub mod cli;
+#[cfg(feature = "full")]
 pub mod encode;
 pub mod fit;
+#[cfg(feature = "full")]
 pub mod lut;
 pub mod material;
 pub mod math;
+#[cfg(feature = "full")]
+pub mod measurement;
 pub mod microfacet;
+#[cfg(feature = "full")]
 pub mod preview;
+#[cfg(feature = "full")]
 pub mod report;
+#[cfg(feature = "full")]
 pub mod scene;

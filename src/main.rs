@@ -1,7 +1,9 @@
 //! The `sgdbake` command: parse, run, exit code.
 
+mod cli;
+
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    sgdbake::cli::main()
+    cli::main()
 }

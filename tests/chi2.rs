@@ -3,13 +3,13 @@
 mod common;
 
 use common::chi2::{Sampler as Tested, p_value};
+use common::materials::shared_lobes;
 use glam::DVec3;
 use rayon::prelude::*;
 use sgdbake::brdf::reflectance::cosine_sample;
-use sgdbake::brdf::{Reflectance as _, Sampler, Strategy};
-use sgdbake::material::{Material, find};
+use sgdbake::brdf::{MaskingKind, Sample as _, Sampler, Strategy};
+use sgdbake::material::{LobeParams, Material, find};
 use sgdbake::math::direction::{cos_sin_degrees, from_cos_sin};
-use sgdbake::microfacet::masking::MaskingKind;
 
 /// From the sharpest channel to the roughest, p from 4.6e-15 to 1.78.
 const MATERIALS: [&str; 7] = [
@@ -36,15 +36,17 @@ fn material(name: &str) -> &'static Material {
     &find(name).expect("in the catalogue").material
 }
 
-/// The scale of slopes of the material's sharpest channel that reflects.
+/// The scale of slopes of the material's sharpest lobe that reflects.
 fn width(material: &Material) -> f64 {
-    let visible = material.channels.iter().filter(|c| c.rho_s > 1e-6);
-    visible.map(|c| c.alpha.sqrt()).fold(1.0, f64::min)
+    let visible = |lobe: &&LobeParams| lobe.rho_s().iter().any(|rho_s| *rho_s > 1e-6);
+    material.lobes().iter().filter(visible).map(|lobe| lobe.alpha().sqrt()).fold(1.0, f64::min)
 }
 
 fn check(strategy: Strategy) {
-    MATERIALS.par_iter().for_each(|name| {
-        let material = material(name);
+    let published = MATERIALS.map(|name| material(name).clone());
+    let materials = published.into_iter().chain(shared_lobes()).collect::<Vec<_>>();
+    materials.par_iter().for_each(|material| {
+        let name = &material.name;
         let sampler = Sampler::new(material, MaskingKind::Exact, strategy);
         for theta in ANGLES {
             let wo = direction(theta);

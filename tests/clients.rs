@@ -14,11 +14,11 @@ use std::{
 };
 
 use serde_json::{Value, json};
-use sgdbake::encode::{GENERATOR, ktx2};
+use sgdbake::encode::{Format, GENERATOR, encode};
 use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, Table, bake};
 use sgdbake::material::find;
 use sgdbake::scene::{Pattern, Scene, resolve};
-use support::{export, models, replacement, scene_files};
+use support::{asset, export, models, scene_files};
 
 /// The JSON lines that a script of tests/js prints for files.
 fn node(script: &str, files: &[PathBuf]) -> Option<Vec<Value>> {
@@ -43,13 +43,13 @@ fn node(script: &str, files: &[PathBuf]) -> Option<Vec<Value>> {
 /// Every scene with all slots assigned, in both containers: the input (none for an OBJ) and the
 /// two outputs.
 fn exports(folder: &Path) -> Vec<(Option<PathBuf>, [PathBuf; 2])> {
-    let replacement = replacement();
+    let asset = asset();
     let assign = |scene: &Scene, name: &str| {
         let slots = scene.slots();
         let all = [(Pattern::new("*"), ())];
         let resolved = resolve(&slots, &all).unwrap();
         assert!(resolved.iter().all(Option::is_some));
-        let assigned: Vec<_> = slots.iter().map(|slot| (slot.id, &replacement)).collect();
+        let assigned: Vec<_> = slots.iter().map(|slot| (slot.id, &asset)).collect();
         ["glb", "gltf"].map(|ending| {
             let target = folder.join(format!("{name}-{ending}")).join(format!("{name}.{ending}"));
             export(scene, &assigned, &target);
@@ -143,7 +143,7 @@ fn ktx_parse_reads_every_texel_as_it_was_baked() {
     let tables = tables();
     let write = |(i, table): (usize, &Table)| {
         let path = folder.path().join(format!("{i}.ktx2"));
-        std::fs::write(&path, ktx2::encode(table, "any.ktx2").unwrap()).unwrap();
+        std::fs::write(&path, encode(table, Format::Ktx2).unwrap()).unwrap();
         path
     };
     let files: Vec<PathBuf> = tables.iter().enumerate().map(write).collect();

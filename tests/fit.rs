@@ -1,14 +1,15 @@
-//! The fits against an independent optimiser, the whole catalogue's lobes, odd materials, and the
-//! command.
+//! The fits against an independent optimiser, the whole catalogue's mixtures, odd materials, and
+//! the command.
 
 use assert_cmd::Command;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, OMatrix, U4, Vector4};
 
-use sgdbake::brdf::{Distribution, GltfBrdf, Reflectance as _};
-use sgdbake::fit::{Metric, Target, gltf, lobes, one_lobe};
+use sgdbake::brdf::{GltfBrdf, Reflectance as _};
+use sgdbake::fit::{Metric, Target, gltf, mixture, one_lobe};
 use sgdbake::material::{ChannelParams, Material, catalog};
+use sgdbake::microfacet::{Distribution as _, Family};
 use sgdbake::preview::ball::{KEY_LIGHT, TO_VIEWER, frame, normal_at};
 
 /// A channel at one lobe width, for an optimiser that shares nothing with the fit: coefficients
@@ -68,18 +69,18 @@ impl LeastSquaresProblem<f64, Dyn, U4> for AtWidth<'_> {
 }
 
 /// The lowest Σ r² of a channel over a dense grid of widths, and the width.
-fn best_of_grid(target: &Target, channel: usize, distribution: Distribution) -> (f64, f64) {
+fn best_of_grid(target: &Target, channel: usize, family: Family) -> (f64, f64) {
     const GRID: usize = 120;
     let mut best = (f64::INFINITY, f64::NAN);
     for i in 0..GRID {
         let alpha = 1e-3 * 2000_f64.powf(i as f64 / (GRID - 1) as f64);
+        let distribution = family.of_width(alpha);
         let basis: Vec<[f64; 4]> = target
             .pairs
             .iter()
             .map(|pair| {
-                let g1 =
-                    |side: usize| 1.0 / (1.0 + distribution.lambda(alpha, pair.cot_theta[side]));
-                let d = distribution.ndf(alpha, pair.tan2_theta_h);
+                let g1 = |side: usize| distribution.g1(pair.cot_theta[side]);
+                let d = distribution.ndf(pair.tan2_theta_h);
                 let lobe = d * g1(0) * g1(1) / (4.0 * pair.cos_theta[0] * pair.cos_theta[1]);
                 let c = pair.cos_theta_d;
                 let u = (1.0 - c).powi(5);
@@ -100,8 +101,8 @@ fn best_of_grid(target: &Target, channel: usize, distribution: Distribution) -> 
 fn no_independent_optimiser_finds_a_better_lobe() {
     for entry in catalog().iter().skip(3).step_by(8) {
         let target = Target::new(&entry.material);
-        for distribution in [Distribution::Beckmann, Distribution::Ggx] {
-            let fit = one_lobe::fit_target(&target, distribution, Metric::CubeRoot);
+        for family in [Family::Beckmann, Family::Ggx] {
+            let fit = one_lobe::fit_target(&target, family, Metric::CubeRoot);
             let channel = 1;
             let exact: f64 = target
                 .pairs
@@ -114,10 +115,10 @@ fn no_independent_optimiser_finds_a_better_lobe() {
                 })
                 .sum();
             let ours = fit.per_channel_residuals.cube_root[channel].powi(2) * exact;
-            let (theirs, alpha) = best_of_grid(&target, channel, distribution);
+            let (theirs, alpha) = best_of_grid(&target, channel, family);
             assert!(
                 ours <= theirs * (1.0 + 1e-6) + 1e-14,
-                "{} {distribution:?}: {ours:e} at {}, the grid has {theirs:e} at {alpha}",
+                "{} {family:?}: {ours:e} at {}, the grid has {theirs:e} at {alpha}",
                 entry.material.name,
                 fit.per_channel.channels[channel].alpha,
             );
@@ -126,26 +127,26 @@ fn no_independent_optimiser_finds_a_better_lobe() {
 }
 
 #[test]
-fn eight_lobes_are_within_one_percent_on_every_material() {
+fn eight_components_are_within_one_percent_on_every_material() {
     for entry in catalog() {
-        let fit = lobes::fit(&entry.material, 8);
+        let fit = mixture::fit(&entry.material, 8);
         for (c, error) in fit.ndf_error.into_iter().enumerate() {
-            assert!(error <= 0.01, "{} channel {c}: {error}", entry.material.name);
-            let sum: f64 = fit.lobes.weights.iter().map(|w| w[c]).sum();
+            assert!(error <= 0.01, "{} lobe {c}: {error}", entry.material.name);
+            let sum: f64 = fit.mixture.weights.iter().map(|w| w[c]).sum();
             assert!((sum - 1.0).abs() < 1e-12, "{}: energy {sum}", entry.material.name);
         }
-        assert!(fit.lobes.weights.iter().flatten().all(|w| *w >= 0.0));
-        assert!(fit.lobes.alpha.is_sorted());
+        assert!(fit.mixture.weights.iter().flatten().all(|w| *w >= 0.0));
+        assert!(fit.mixture.alpha.is_sorted());
     }
 }
 
-/// Twice the lobes are no worse, down to what half floats resolve.
+/// Twice the components are no worse, down to what half floats resolve.
 #[test]
-fn more_lobes_are_no_worse() {
+fn more_components_are_no_worse() {
     const RESOLVED: f64 = 1.0 / 1024.0;
     for entry in catalog().iter().step_by(11) {
         let error = |count| {
-            let fit = lobes::fit(&entry.material, count);
+            let fit = mixture::fit(&entry.material, count);
             fit.ndf_error.into_iter().fold(RESOLVED, f64::max)
         };
         let (one, two, four) = (error(1), error(2), error(4));
@@ -159,10 +160,10 @@ fn the_quadrature_is_fine_enough() {
     let dense = sgdbake::fit::target::Resolution { theta_h: 64, theta_d: 24, phi_d: 6 };
     for entry in catalog().iter().step_by(13) {
         let target = Target::new(&entry.material);
-        let fit = one_lobe::fit_target(&target, Distribution::Ggx, Metric::default());
+        let fit = one_lobe::fit_target(&target, Family::Ggx, Metric::default());
         let dense_target = Target::with_resolution(&entry.material, dense);
-        let best = one_lobe::fit_target(&dense_target, Distribution::Ggx, Metric::default());
-        let judged = dense_target.residuals(&fit.joint).cube_root;
+        let best = one_lobe::fit_target(&dense_target, Family::Ggx, Metric::default());
+        let judged = dense_target.residuals(&fit.joint.brdf()).cube_root;
         for (judged, best) in judged.into_iter().zip(best.joint_residuals.cube_root) {
             let name = &entry.material.name;
             assert!(judged <= 1.05 * best + 1e-4, "{name}: {judged} against {best}");
@@ -198,22 +199,23 @@ fn odd_channels_give_finite_fits_in_range() {
     let plain = odd_materials()[8].1;
     for (name, odd) in odd_materials() {
         for channels in [[odd; 3], [plain, odd, plain]] {
-            let material = Material { name: name.to_owned(), channels };
+            let material = Material::of_channels(name, &channels).expect("in range");
             let target = Target::new(&material);
-            for distribution in [Distribution::Beckmann, Distribution::Ggx] {
-                let fit = one_lobe::fit_target(&target, distribution, Metric::default());
+            for family in [Family::Beckmann, Family::Ggx] {
+                let fit = one_lobe::fit_target(&target, family, Metric::default());
                 for channel in fit.per_channel.channels.iter().chain(&fit.joint.channels) {
                     assert!(channel.alpha > 0.0 && channel.alpha.is_finite(), "{name}");
                     assert!(channel.rho_d >= 0.0, "{name}");
                 }
+                let joint = fit.joint.brdf();
                 assert!(target.pairs.iter().all(|pair| {
-                    fit.joint.eval(pair.wi, pair.wo).iter().all(|f| *f >= 0.0 && f.is_finite())
+                    joint.eval(pair.wi, pair.wo).iter().all(|f| *f >= 0.0 && f.is_finite())
                 }));
             }
-            // Channels that differ by decades share eight widths: then the error is stated.
-            let lobes = lobes::fit(&material, 8);
+            // Lobes that differ by decades share eight widths: then the error is stated.
+            let mixture = mixture::fit(&material, 8);
             let most = if channels[0] == channels[1] { 0.02 } else { 1.0 };
-            assert!(lobes.ndf_error.iter().all(|e| *e <= most), "{name} {:?}", lobes.ndf_error);
+            assert!(mixture.ndf_error.iter().all(|e| *e <= most), "{name} {:?}", mixture.ndf_error);
             let gltf = gltf::fit(&material).material;
             let unit = [gltf.metallic, gltf.roughness, gltf.specular_factor].into_iter();
             assert!(
@@ -229,7 +231,8 @@ fn odd_channels_give_finite_fits_in_range() {
 fn odd_channels_are_named_in_the_reasons() {
     let reasons = |index: usize| {
         let channels = [odd_materials()[index].1; 3];
-        let fit = one_lobe::fit(&Material { name: String::new(), channels }, Distribution::Ggx);
+        let material = Material::of_channels("odd", &channels).expect("in range");
+        let fit = one_lobe::fit(&material, Family::Ggx);
         fit.reasons.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
     };
     assert!(reasons(1).contains("g: no visible lobe"));
@@ -256,14 +259,14 @@ fn a_material_file_is_fitted_like_the_rest() {
         .map(|line| serde_json::from_str(line).expect("JSON"))
         .collect();
     let models: Vec<&str> = lines.iter().map(|l| l["model"].as_str().expect("a name")).collect();
-    assert_eq!(models, ["beckmann", "ggx", "lobes", "gltf"]);
+    assert_eq!(models, ["beckmann", "ggx", "mixture", "gltf"]);
     for line in &lines {
         assert_eq!(line["schema"], "sgdbake/fit/1");
         assert_eq!(line["material"], "mine");
         let appearance = line["appearance"].as_array().expect("a list");
         assert!(appearance.iter().all(|a| a["delta_e_mean"].as_f64().is_some_and(|e| e < 3.0)));
     }
-    let errors = lines[2]["fit"]["ndf_error"].as_array().expect("three");
+    let errors = lines[2]["fit"]["ndf_error"].as_array().expect("one a lobe");
     assert!(errors.iter().all(|e| e.as_f64().is_some_and(|e| e < 0.01)));
 }
 
@@ -272,7 +275,7 @@ fn wrong_usage_is_refused() {
     sgdbake().args(["fit"]).assert().code(2);
     sgdbake().args(["fit", "--all", "--material", "chrome"]).assert().code(2);
     sgdbake().args(["fit", "--all", "--model", "phong"]).assert().code(2);
-    sgdbake().args(["fit", "--all", "--lobes", "0"]).assert().code(2);
+    sgdbake().args(["fit", "--all", "--components", "0"]).assert().code(2);
     sgdbake().args(["fit", "--material", "chrme"]).assert().code(2);
 }
 

@@ -4,7 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-#[path = "support/replacement.rs"]
+#[path = "support/asset.rs"]
 mod support;
 #[path = "../fuzz/targets.rs"]
 mod targets;
@@ -13,7 +13,7 @@ use std::{fs, path::Path};
 
 use rand::{Rng, RngExt, SeedableRng, seq::IndexedRandom};
 use rand_pcg::Pcg64;
-use support::replacement;
+use support::asset;
 
 const MUTATIONS_PER_SEED: usize = 60;
 /// Bytes that mean something to one of the formats.
@@ -91,4 +91,9 @@ fn assignment() {
 #[test]
 fn manifest() {
     run(targets::manifest, "manifest");
+}
+
+#[test]
+fn measurement() {
+    run(targets::measurement, "measurement");
 }

@@ -5,9 +5,7 @@
 use std::{fs, path::Path};
 
 use serde_json::{Value, json};
-use sgdbake::encode::entry::{self, EntryError};
-use sgdbake::encode::manifest::Format;
-use sgdbake::encode::{exr, ktx2, png};
+use sgdbake::encode::{EntryError, Format, encode, read_entry};
 use sgdbake::lut::{Depth, Depths, Extent, Quantity, Request, bake};
 use sgdbake::material::find;
 use sgdbake::scene::{Scene, SceneError};
@@ -225,19 +223,18 @@ fn textures() -> [Vec<u8>; 3] {
     };
     let half = table(Depth::Half);
     [
-        exr::encode(&half, "fresnel.exr"),
-        ktx2::encode(&half, "fresnel.ktx2").unwrap(),
-        png::encode(&table(Depth::Unorm16), "fresnel.png").unwrap(),
+        encode(&half, Format::Exr).unwrap(),
+        encode(&half, Format::Ktx2).unwrap(),
+        encode(&table(Depth::Unorm16), Format::Png).unwrap(),
     ]
 }
 
 #[test]
 fn a_texture_alone_says_what_it_is() {
     for bytes in textures() {
-        let entry: Value = serde_json::from_str(&entry::read(&bytes).unwrap()).unwrap();
-        assert_eq!(entry["quantity"], "fresnel");
-        assert_eq!(entry["rows"], json!(["gold-paint"]));
-        assert_eq!(entry["size"], json!([16, 1]));
+        let entry = read_entry(&bytes).unwrap();
+        assert_eq!((entry.quantity, entry.size), (Quantity::Fresnel, vec![16, 1]));
+        assert_eq!(entry.rows, ["gold-paint"]);
     }
 }
 
@@ -246,7 +243,7 @@ fn textures_cut_short_are_refused() {
     for bytes in textures() {
         let format = Format::of(&bytes).unwrap();
         for end in 0..bytes.len() {
-            assert!(entry::read(&bytes[..end]).is_err(), "{format:?} cut at {end}");
+            assert!(read_entry(&bytes[..end]).is_err(), "{format:?} cut at {end}");
         }
     }
 }
@@ -258,7 +255,7 @@ fn damaged_textures_end_in_an_answer() {
             for value in [0x00, 0x7f, 0x80, 0xff] {
                 let mut damaged = bytes.clone();
                 damaged[at] = value;
-                let _ = entry::read(&damaged);
+                let _ = read_entry(&damaged);
             }
         }
     }
@@ -270,7 +267,7 @@ fn textures_that_claim_more_than_they_hold_are_refused() {
     let claim = |bytes: &[u8], at: usize, claimed: &[u8]| {
         let mut bytes = bytes.to_vec();
         bytes[at..at + claimed.len()].copy_from_slice(claimed);
-        entry::read(&bytes).unwrap_err().to_string()
+        read_entry(&bytes).unwrap_err().to_string()
     };
     // KTX 2: levels, bytes of the keys, bytes of the level.
     for (at, claimed) in [(40, &[0xff; 4][..]), (60, &[0xff; 4]), (88, &[0xff; 8])] {
@@ -280,7 +277,7 @@ fn textures_that_claim_more_than_they_hold_are_refused() {
     let mut wide = Vec::new();
     let encoder = ::png::Encoder::new(&mut wide, 1 << 30, 1 << 30);
     encoder.write_header().unwrap();
-    assert!(entry::read(&wide).unwrap_err().to_string().starts_with("not a valid PNG"));
+    assert!(read_entry(&wide).unwrap_err().to_string().starts_with("not a valid PNG"));
     assert!(claim(&png, 33, &[0x7f, 0xff, 0xff, 0xff]).starts_with("not a valid PNG"));
     // EXR: the far corner of the data window.
     let name = b"dataWindow\0box2i\0\x10\0\0\0";
@@ -294,7 +291,7 @@ fn an_image_of_another_program_is_no_texture() {
     let mut encoder = ::png::Encoder::new(&mut bytes, 1, 1);
     encoder.set_color(::png::ColorType::Grayscale);
     encoder.write_header().unwrap().write_image_data(&[0]).unwrap();
-    let message = entry::read(&bytes).unwrap_err().to_string();
-    assert_eq!(message, "this png carries no 'sgdbake' entry: sgdbake did not bake it");
-    assert!(matches!(entry::read(b"{}"), Err(EntryError::NoTexture)));
+    let message = read_entry(&bytes).unwrap_err().to_string();
+    assert_eq!(message, "this PNG has no 'sgdbake' entry, so sgdbake did not bake it");
+    assert!(matches!(read_entry(b"{}"), Err(EntryError::UnknownFormat)));
 }

@@ -1,23 +1,36 @@
-//! Laws that hold for every one of the 300 published channels.
+//! Laws that hold for every published lobe, and for lobes that colour all channels.
+
+mod common;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use common::materials::shared_lobes;
 use glam::DVec3;
 use proptest::prelude::*;
 use rayon::prelude::*;
-use sgdbake::brdf::{ChannelBrdf, SgdBrdf};
-use sgdbake::material::{ChannelParams, catalog};
+use sgdbake::brdf::{Lobe, MaskingKind, SgdBrdf};
+use sgdbake::material::{LobeParams, Material, catalog};
 use sgdbake::math::direction::{cot_theta, spherical, tan2_theta};
 use sgdbake::math::quadrature::{Node, gauss_legendre};
-use sgdbake::microfacet::masking::MaskingKind;
+use sgdbake::microfacet::{Accuracy, Distribution as _, Sgd, SgdNdf};
 
-/// Calls `law` with every published channel and its name, in parallel.
-fn for_every_channel(law: impl Fn(&str, &ChannelParams) + Sync) {
-    catalog().par_iter().for_each(|entry| {
-        for params in &entry.material.channels {
-            law(&entry.material.name, params);
+/// Every published material, and those whose lobes colour all channels.
+fn materials() -> Vec<Material> {
+    catalog().iter().map(|entry| entry.material.clone()).chain(shared_lobes()).collect()
+}
+
+/// Calls `law` with every lobe and the name of its material, in parallel.
+fn for_every_lobe(law: impl Fn(&str, &LobeParams) + Sync) {
+    materials().par_iter().for_each(|material| {
+        for params in material.lobes() {
+            law(&material.name, params);
         }
     });
+}
+
+/// The lobe with its exact masking.
+fn exact(params: &LobeParams, accuracy: Accuracy) -> Lobe<Sgd> {
+    Lobe::new(params, MaskingKind::Exact, accuracy)
 }
 
 /// A rule for ∫ over (low, high) in pieces of the logarithm, which resolves lobes of any width:
@@ -37,19 +50,19 @@ fn log_rule(low: f64, high: f64, nodes: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Where a channel's slope density begins and ends to vary, in tan²θ.
-fn slope_range(params: &ChannelParams, accuracy: f64) -> (f64, f64) {
-    (params.alpha * params.alpha * accuracy, params.alpha * 800.0)
+/// Where a lobe's slope density begins and ends to vary, in tan²θ.
+fn slope_range(params: &LobeParams, accuracy: f64) -> (f64, f64) {
+    (params.alpha() * params.alpha() * accuracy, params.alpha() * 800.0)
 }
 
-/// ∫ over tan²θ of everything a channel's distribution weights.
-fn slope_rule(params: &ChannelParams) -> Vec<(f64, f64)> {
+/// ∫ over tan²θ of everything a lobe's distribution weights.
+fn slope_rule(params: &LobeParams) -> Vec<(f64, f64)> {
     let (low, high) = slope_range(params, 1e-14);
     log_rule(low, high, 24)
 }
 
 /// The same with a break at `kink`, beyond which √(x − kink) is the smooth variable.
-fn slope_rule_with_kink(params: &ChannelParams, kink: f64) -> Vec<(f64, f64)> {
+fn slope_rule_with_kink(params: &LobeParams, kink: f64) -> Vec<(f64, f64)> {
     let (low, high) = slope_range(params, 1e-14);
     if kink >= high {
         return log_rule(low, high, 24);
@@ -65,8 +78,8 @@ fn slope_rule_with_kink(params: &ChannelParams, kink: f64) -> Vec<(f64, f64)> {
 #[test]
 fn the_distribution_is_normalised() {
     // ∫ D cosθ dω = π ∫ D cos⁴θ dx with x = tan²θ.
-    for_every_channel(|name, params| {
-        let ndf = ChannelBrdf::new(params, MaskingKind::Fitted).ndf;
+    for_every_lobe(|name, params| {
+        let ndf = SgdNdf::new(params.alpha(), params.p());
         let integral: f64 =
             slope_rule(params).iter().map(|(x, dx)| PI * ndf.slope_density(*x) * dx).sum();
         assert!((integral - 1.0).abs() < 1e-10, "{name}: {integral}");
@@ -76,8 +89,8 @@ fn the_distribution_is_normalised() {
 #[test]
 fn the_weak_white_furnace_returns_all_light() {
     // ∫ D G1(wo) ⟨wo,h⟩ dω = cosθo: D's slope density times ⟨wo,h⟩/cosθh, averaged over azimuth.
-    for_every_channel(|name, params| {
-        let brdf = ChannelBrdf::new(params, MaskingKind::Exact);
+    for_every_lobe(|name, params| {
+        let sgd = exact(params, Accuracy::Reference).distribution;
         for theta_deg in [5.0_f64, 45.0, 75.0, 85.0, 89.0] {
             let wo = spherical(theta_deg.to_radians(), 0.0);
             let projected = |tan: f64| positive_part_mean(wo.z, wo.x * tan);
@@ -85,9 +98,9 @@ fn the_weak_white_furnace_returns_all_light() {
             let kink = cot_theta(wo).powi(2);
             let integral: f64 = slope_rule_with_kink(params, kink)
                 .iter()
-                .map(|(x, dx)| PI * brdf.ndf.slope_density(*x) * projected(x.sqrt()) * dx)
+                .map(|(x, dx)| PI * sgd.slope_density(*x) * projected(x.sqrt()) * dx)
                 .sum();
-            let furnace = integral * brdf.masking.g1(cot_theta(wo)) / wo.z;
+            let furnace = integral * sgd.g1(cot_theta(wo)) / wo.z;
             assert!((furnace - 1.0).abs() < 1e-9, "{name} at {theta_deg}°: {furnace}");
         }
     });
@@ -105,22 +118,22 @@ fn positive_part_mean(a: f64, b: f64) -> f64 {
 #[test]
 fn without_fresnel_no_energy_is_gained() {
     // Albedo of D G1(wi) G1(wo)/(4 cosθi cosθo), F ≡ 1: integrated over h, where D is a rule.
-    for_every_channel(|name, params| {
-        let brdf = ChannelBrdf::with_accuracy(params, MaskingKind::Exact, 1e-6);
+    for_every_lobe(|name, params| {
+        let sgd = exact(params, Accuracy::Picture).distribution;
         let azimuths = 16;
         let (low, high) = slope_range(params, 1e-7);
         for theta_deg in [0.0_f64, 40.0, 70.0, 85.0] {
             let wo = spherical(theta_deg.to_radians(), 0.0);
-            let g1_o = brdf.masking.g1(cot_theta(wo));
+            let g1_o = sgd.g1(cot_theta(wo));
             let albedo: f64 = log_rule(low, high, 8)
                 .iter()
-                .filter(|(x, _)| brdf.ndf.slope_density(*x) > 1e-12 * brdf.ndf.peak())
+                .filter(|(x, _)| sgd.slope_density(*x) > 1e-12 * sgd.peak())
                 .map(|(x, dx)| {
                     let ring: f64 = (0..azimuths)
                         .map(|i| TAU * (f64::from(i) + 0.5) / f64::from(azimuths))
-                        .map(|phi| reflected_share(&brdf, wo, x.sqrt(), phi))
+                        .map(|phi| reflected_share(&sgd, wo, x.sqrt(), phi))
                         .sum();
-                    PI * brdf.ndf.slope_density(*x) * dx * ring / f64::from(azimuths)
+                    PI * sgd.slope_density(*x) * dx * ring / f64::from(azimuths)
                 })
                 .sum::<f64>()
                 * g1_o
@@ -131,25 +144,25 @@ fn without_fresnel_no_energy_is_gained() {
 }
 
 /// ⟨wo,h⟩/cosθh · G1(wi) of the direction that the facet of slope (tanθh, φ) reflects wo into.
-fn reflected_share(brdf: &ChannelBrdf, wo: DVec3, tan_theta_h: f64, phi: f64) -> f64 {
+fn reflected_share(sgd: &Sgd, wo: DVec3, tan_theta_h: f64, phi: f64) -> f64 {
     let h = spherical(tan_theta_h.atan(), phi);
     let facing = wo.dot(h);
     let wi = 2.0 * facing * h - wo;
     if facing <= 0.0 || wi.z <= 0.0 {
         return 0.0;
     }
-    facing / h.z * brdf.masking.g1(cot_theta(wi))
+    facing / h.z * sgd.g1(cot_theta(wi))
 }
 
 #[test]
 fn masking_is_a_falling_probability() {
-    for_every_channel(|name, params| {
+    for_every_lobe(|name, params| {
         for kind in [MaskingKind::Exact, MaskingKind::Fitted] {
-            let masking = ChannelBrdf::new(params, kind).masking;
+            let lobe = Lobe::new(params, kind, Accuracy::Reference);
             let mut last = 0.0;
             for i in 0..=2000 {
                 let elevation = FRAC_PI_2 * f64::from(i) / 2000.0;
-                let g1 = masking.g1(elevation.tan());
+                let g1 = lobe.g1(elevation.tan());
                 assert!((0.0..=1.0).contains(&g1), "{name} {kind:?}: {g1}");
                 assert!(g1 >= last - 1e-14, "{name} {kind:?} falls at {elevation}");
                 last = g1;
@@ -161,8 +174,8 @@ fn masking_is_a_falling_probability() {
 #[test]
 fn k_follows_from_alpha_and_p_as_printed() {
     for entry in catalog() {
-        for (params, printed) in entry.material.channels.iter().zip(&entry.printed) {
-            let k = ChannelBrdf::new(params, MaskingKind::Fitted).ndf.k();
+        for (params, printed) in entry.channels.iter().zip(&entry.printed) {
+            let k = SgdNdf::new(params.alpha, params.p).k();
             assert!(
                 (k / printed.k - 1.0).abs() < 6e-6,
                 "{}: {k} {}",
@@ -185,10 +198,14 @@ fn upper_direction() -> impl Strategy<Value = DVec3> {
 proptest! {
     #[test]
     fn reciprocity_holds_bit_for_bit(
-        wi in upper_direction(), wo in upper_direction(), index in 0..100_usize, fitted: bool,
+        wi in upper_direction(), wo in upper_direction(), index in 0..103_usize, fitted: bool,
     ) {
         let kind = if fitted { MaskingKind::Fitted } else { MaskingKind::Exact };
-        let brdf = SgdBrdf::new(&catalog()[index].material, kind);
+        let material = match catalog().get(index) {
+            Some(entry) => entry.material.clone(),
+            None => shared_lobes().swap_remove(index - catalog().len()),
+        };
+        let brdf = SgdBrdf::new(&material, kind);
         prop_assert_eq!(brdf.eval(wi, wo), brdf.eval(wo, wi));
         for f in brdf.eval(wi, wo) {
             prop_assert!(f.is_finite());

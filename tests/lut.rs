@@ -1,20 +1,21 @@
 //! The bake's promises: what is stored, what is left out, and what a wrong texel would do.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use assert_cmd::Command;
-use sgdbake::brdf::ChannelBrdf;
-use sgdbake::lut::bake::{BakeError, tabulate};
-use sgdbake::lut::budget::{Subject, measure};
+use common::materials::shared_lobes;
+use sgdbake::brdf::{MaskingKind, SgdBrdf};
+use sgdbake::lut::factors::{Subject, measure};
 use sgdbake::lut::probe::probes;
 use sgdbake::lut::{
-    Baked, Depth, Depths, Extent, Filter, Quantity, Request, Row, Table, Term, Texels, bake,
-    bake_with_progress,
+    BakeError, Baked, Depth, Depths, Extent, Filter, Placed, Quantity, Request, Rows, Table, Term,
+    Texels, bake, bake_with_progress,
 };
 use sgdbake::material::{Material, find};
-use sgdbake::microfacet::masking::MaskingKind;
 
 const FACTORS: [Quantity; 3] = [Quantity::Ndf, Quantity::Masking, Quantity::Fresnel];
 
@@ -51,6 +52,25 @@ fn sharp_and_rough_materials_keep_every_tolerance() {
             );
             assert!(texels(&baked) > before, "{name}: a smaller error for fewer texels");
             before = texels(&baked);
+        }
+    }
+}
+
+/// Lobes that colour all channels, each with its own row of `fresnel` where two meet in a colour.
+#[test]
+fn shared_lobes_keep_their_tolerance() {
+    for material in shared_lobes() {
+        for (tolerance, quantities) in [(1e-2, &Quantity::ALL[..]), (1e-3, &Quantity::ALL[..4])] {
+            let wanted = Request { quantities: quantities.to_vec(), ..request(tolerance) };
+            let baked = bake(&[&material], &wanted).expect("within reach");
+            let stored = material.lobes().len() - baked.left_out.len();
+            assert_eq!(baked.placed[0].fresnel_rows.len(), material.lobes().len());
+            assert_eq!(baked.tables[2].size[1], stored, "{}: rows of fresnel", material.name);
+            for table in &baked.tables {
+                let measured = table.error.measured.expect("measured");
+                let quantity = table.quantity.name();
+                assert!(measured <= tolerance, "{} {quantity}: {measured:e}", material.name);
+            }
         }
     }
 }
@@ -92,13 +112,14 @@ fn progress_counts_materials_and_3d_tables() {
 
 #[test]
 fn a_wrong_texel_is_noticed() {
-    let channels =
-        material("gold-paint").channels.each_ref().map(|c| ChannelBrdf::new(c, MaskingKind::Exact));
-    let rows = [Row::new("gold-paint", &channels, [true; 3])];
-    let peak = channels.each_ref().map(|channel| channel.ndf.peak());
-    let subject = || [Subject::new(&rows, 0, peak, probes(&channels, 5))];
+    let material = material("gold-paint");
+    let brdf = SgdBrdf::new(material, MaskingKind::Exact);
+    let mut rows = Rows::default();
+    rows.push("gold-paint", &brdf, [true; 3]);
+    let placed = Placed::new(material, Some(0), &rows);
+    let subject = || [Subject::new(&rows, &placed, probes(&brdf, 5)).expect("it has a row")];
     let mut tables: Vec<Table> =
-        Term::ALL.iter().map(|term| tabulate(*term, &rows, 128, Depth::Float)).collect();
+        Term::ALL.iter().map(|term| term.tabulate(&rows, 128, Depth::Float)).collect();
     let right = measure(&subject(), &tables, &[Filter::Fetched]);
     let Texels::Float(masking) = &mut tables[1].texels else { panic!("float was asked for") };
     masking[90][1] += 0.01;
@@ -108,9 +129,8 @@ fn a_wrong_texel_is_noticed() {
 
 #[test]
 fn equal_lobes_share_a_row_and_invisible_ones_have_none() {
-    let mut twin = material("gold-paint").clone();
-    twin.name = "twin".to_owned();
-    twin.channels[0].rho_d = 0.9;
+    let lobes = material("gold-paint").lobes().to_vec();
+    let twin = Material::new("twin", [0.9, 0.1, 0.1], lobes).expect("in range");
     let materials = [material("gold-paint"), material("black-fabric"), &twin];
     let baked = bake(&materials, &request(1e-3)).expect("within reach");
     let rows: Vec<Option<usize>> = baked.placed.iter().map(|placed| placed.row).collect();
@@ -224,10 +244,10 @@ fn absurd_sizes_and_tolerances_are_told_what_is_accepted() {
             assert!(message.contains(said), "{option} {value}: {message}");
         };
         for tolerance in ["0", "-1", "NaN", "inf", "1e-9", "1e9"] {
-            refused("--tolerance", tolerance, "accepted are 0.000001 to 0.5");
+            refused("--tolerance", tolerance, "must be between 0.000001 and 0.5");
         }
         for size in ["0", "1", "1000000000"] {
-            refused("--size", size, "accepted are 2 to 16384");
+            refused("--size", size, "a texture has 2 to 16384");
         }
         for size in ["-4", "1e3", "99999999999999999999999"] {
             refused("--size", size, size);
@@ -239,7 +259,7 @@ fn absurd_sizes_and_tolerances_are_told_what_is_accepted() {
         .assert()
         .code(2);
     let message = String::from_utf8_lossy(&sizes.get_output().stderr).into_owned();
-    assert!(message.contains("accepted are 2 to 512"), "{message}");
+    assert!(message.contains("a 3D texture has 2 to 512"), "{message}");
 }
 
 #[test]

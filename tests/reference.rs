@@ -1,9 +1,9 @@
 //! The evaluator against tables computed with 40 digits.
 
-use sgdbake::brdf::ChannelBrdf;
+use sgdbake::brdf::{Lobe, MaskingKind};
 use sgdbake::material::{Channel, find};
 use sgdbake::math::direction::cos_sin_degrees;
-use sgdbake::microfacet::masking::MaskingKind;
+use sgdbake::microfacet::{Accuracy, Distribution as _};
 
 /// material,channel,theta_deg,ndf,lambda,masking_exact,masking_fitted,fresnel
 const TABLE: &str = include_str!("data/sgd-reference.csv");
@@ -22,17 +22,18 @@ fn every_published_channel_matches_40_digit_values() {
         let number = |i: usize| columns[i].parse::<f64>().expect("the table holds numbers");
         let channel =
             Channel::ALL.into_iter().position(|c| c.name() == columns[1]).expect("r, g, b");
-        let params = &find(columns[0]).expect("in the catalogue").material.channels[channel];
-        let exact = ChannelBrdf::new(params, MaskingKind::Exact);
-        let fitted = ChannelBrdf::new(params, MaskingKind::Fitted);
+        let entry = find(columns[0]).expect("in the catalogue");
+        let params = &entry.material.lobes()[channel];
+        let [exact, fitted] = [MaskingKind::Exact, MaskingKind::Fitted]
+            .map(|kind| Lobe::new(params, kind, Accuracy::Reference));
         let (cos, sin) = cos_sin_degrees(number(2));
         let (cot, tan2) = (cos / sin, (sin / cos) * (sin / cos));
         let errors = [
-            relative(exact.ndf.eval(tan2), number(3)),
-            if number(4) < 1e-12 { 0.0 } else { relative(exact.masking.lambda(cot), number(4)) },
-            relative(exact.masking.g1(cot), number(5)),
-            (fitted.masking.g1(cot) - number(6)).abs(),
-            (exact.fresnel.eval(cos) - number(7)).abs() / number(7).abs().max(1.0),
+            relative(exact.distribution.ndf(tan2), number(3)),
+            if number(4) < 1e-12 { 0.0 } else { relative(exact.lambda(cot), number(4)) },
+            relative(exact.g1(cot), number(5)),
+            (fitted.g1(cot) - number(6)).abs(),
+            (exact.fresnel[channel].eval(cos) - number(7)).abs() / number(7).abs().max(1.0),
         ];
         for (worst, error) in worst.iter_mut().zip(errors) {
             *worst = worst.max(error);

@@ -42,25 +42,24 @@ fn audit_finds_what_white_paint_breaks() {
     assert_eq!(report["materials"][0]["channels"][0]["gains_energy_from_deg"].to_string(), "68.0");
 }
 
-/// A material with p = 100 at α = 50 is in range, and further from any measured surface than the
-/// quadrature of the masking reaches: the weak furnace shows it.
+/// The laws hold at the corners of what a material file may say.
 #[test]
-fn a_law_that_fails_is_exit_code_3_and_the_report_is_whole() {
+fn the_laws_hold_at_the_ends_of_the_accepted_ranges() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("far.toml");
-    let channel = "rho_d = 0.1\nrho_s = 0.2\nalpha = 50\np = 100\nf0 = 0.1\nf1 = 0\n";
-    let text = format!("name = \"far\"\n[r]\n{channel}[g]\n{channel}[b]\n{channel}");
-    fs::write(&path, text).expect("written");
-    let output =
-        sgdbake(&["audit", "--material", self::text(&path), "--material", "chrome", "--json"]);
-    assert_eq!(output.status.code(), Some(3));
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(message.contains("far r: weak furnace"), "{message}");
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(report["materials"][1]["material"], "chrome", "the others are audited all the same");
-    let furnace = &report["materials"][0]["channels"][0]["laws"][2];
-    assert_eq!(furnace["law"], "weak-furnace");
-    assert!(furnace["deviation"].as_f64() > furnace["bound"].as_f64());
+    for (alpha, p) in [(1e-8, 0.0), (1e-8, 20.0), (0.12, 20.0), (100.0, 0.0), (100.0, 20.0)] {
+        let path = folder.path().join("far.toml");
+        let channel =
+            format!("rho_d = 0.1\nrho_s = 0.2\nalpha = {alpha}\np = {p}\nf0 = 0.1\nf1 = 0\n");
+        let file = format!("name = \"far\"\n[r]\n{channel}[g]\n{channel}[b]\n{channel}");
+        fs::write(&path, file).expect("written");
+        let report = done(&["audit", "--material", text(&path), "--json"]);
+        let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+        let laws = report["materials"][0]["channels"][0]["laws"].as_array().expect("laws");
+        assert_eq!(laws.len(), 5);
+        for law in laws {
+            assert!(law["deviation"].as_f64() <= law["bound"].as_f64(), "{alpha} {p}: {law}");
+        }
+    }
 }
 
 #[test]
@@ -88,7 +87,7 @@ fn a_preview_has_the_same_bytes_on_any_number_of_threads() {
 #[test]
 fn every_model_can_be_shown_and_a_wrong_name_is_usage() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for model in ["sgd", "beckmann", "ggx", "lobes", "gltf", "lut"] {
+    for model in ["sgd", "beckmann", "ggx", "mixture", "gltf", "lut"] {
         let path = folder.path().join(format!("{model}.png"));
         let size = ["--size", "8", "--samples", "16", "--model", model];
         done(&[&["preview", "--material", "chrome", "-o", text(&path)], &size[..]].concat());

@@ -3,9 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
 
-use crate::brdf::eval::{ChannelBrdf, SgdBrdf};
+use crate::brdf::{Lobe, SgdBrdf};
 use crate::math::quadrature::{Node, gauss_legendre};
-use crate::microfacet::{Fresnel, Masking, SgdNdf};
+use crate::microfacet::{Distribution as _, Fresnel, Sgd};
 
 /// Integrals over wi of the specular term without its Fresnel factor and scale, each times one of
 /// the three functions of θd that F is made of.
@@ -32,11 +32,11 @@ pub struct FresnelMoments {
 impl FresnelMoments {
     /// The moments at cosθo in (0, 1], to about six digits; 0 at and below the horizon.
     #[must_use]
-    pub fn new(ndf: &SgdNdf, masking: &Masking, cos_theta_o: f64) -> Self {
+    pub fn new(lobe: &Lobe<Sgd>, cos_theta_o: f64) -> Self {
         static RULES: LazyLock<(Vec<Node>, Vec<f64>)> =
             LazyLock::new(|| (gauss_legendre(RADIAL_NODES), azimuths(AZIMUTH_NODES)));
         let (radial, azimuth) = &*RULES;
-        Self::with_rules(ndf, masking, cos_theta_o, radial, azimuth)
+        Self::with_rules(lobe, cos_theta_o, radial, azimuth)
     }
 
     /// The integral over half vectors of slope tanθh = a and azimuth φ from wo.
@@ -45,27 +45,22 @@ impl FresnelMoments {
     /// v = ln(1 + x/α²) is the one in which P22 is smooth on every scale. wi is above the horizon
     /// for cosφ > cotθo (a²−1)/(2a): all of the circle up to a = tan(½(π/2−θo)), none of it from
     /// a = tan(½(π/2+θo)).
-    fn with_rules(
-        ndf: &SgdNdf,
-        masking: &Masking,
-        cos_theta_o: f64,
-        radial: &[Node],
-        azimuth: &[f64],
-    ) -> Self {
+    fn with_rules(lobe: &Lobe<Sgd>, cos_theta_o: f64, radial: &[Node], azimuth: &[f64]) -> Self {
         if cos_theta_o.is_nan() || cos_theta_o < f64::MIN_POSITIVE {
             return Self::default();
         }
-        let view = View::new(masking, cos_theta_o.min(1.0));
-        let alpha2 = ndf.alpha() * ndf.alpha();
-        let [whole, none] = view.radial_ends(ndf.alpha(), LARGEST_DECAY);
+        let view = View::new(lobe, cos_theta_o.min(1.0));
+        let alpha = lobe.distribution.alpha();
+        let alpha2 = alpha * alpha;
+        let [whole, none] = view.radial_ends(alpha, LARGEST_DECAY);
         let mut sum = Self::default();
         for (low, high) in [(0.0, whole), (whole, none)].into_iter().filter(|(a, b)| a < b) {
             for node in radial {
                 let v = low + (high - low) * node.x;
                 let tan2 = alpha2 * v.exp_m1();
                 let dx = alpha2 * v.exp() * (high - low) * node.weight;
-                let ring = view.ring(masking, tan2.sqrt(), azimuth);
-                sum = sum.plus(ndf.slope_density(tan2) * dx, ring);
+                let ring = view.ring(lobe, tan2.sqrt(), azimuth);
+                sum = sum.plus(lobe.distribution.slope_density(tan2) * dx, ring);
             }
         }
         sum
@@ -79,10 +74,11 @@ impl FresnelMoments {
         }
     }
 
-    /// The moment of F itself: F = f0 + (1 − f0)(1 − cosθd)⁵ − f1 cosθd.
+    /// The moment of F itself: F = f0 + (f90 − f0)(1 − cosθd)⁵ − f1 cosθd.
     #[must_use]
     pub fn with_fresnel(&self, fresnel: &Fresnel) -> f64 {
-        fresnel.f0 * self.one + (1.0 - fresnel.f0) * self.schlick - fresnel.f1 * self.cosine
+        let Fresnel { f0, f90, f1 } = *fresnel;
+        f0 * self.one + (f90 - f0) * self.schlick - f1 * self.cosine
     }
 }
 
@@ -106,9 +102,9 @@ pub(super) struct View {
 }
 
 impl View {
-    pub(super) fn new(masking: &Masking, cos: f64) -> Self {
+    pub(super) fn new(lobe: &Lobe<Sgd>, cos: f64) -> Self {
         let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
-        Self { cos, sin, v: masking.g1(cos / sin) / cos }
+        Self { cos, sin, v: lobe.g1(cos / sin) / cos }
     }
 
     /// v = ln(1 + a²/α²) up to which all of a circle of half vectors is lit, and from which none
@@ -131,7 +127,7 @@ impl View {
     ///
     /// all even about both ends of ψ in [0, π/2], where the midpoint rule converges as it does on a
     /// circle, and without cancellation towards the horizon.
-    fn ring(&self, masking: &Masking, slope: f64, azimuth: &[f64]) -> FresnelMoments {
+    fn ring(&self, lobe: &Lobe<Sgd>, slope: f64, azimuth: &[f64]) -> FresnelMoments {
         let length2 = 1.0 + slope * slope;
         let length = length2.sqrt();
         let diameter = 4.0 * slope * self.sin;
@@ -144,7 +140,7 @@ impl View {
             let d_phi = (above / (1.0 - lit + above)).sqrt();
             let cos_d = (0.5 * length * (cos_i + self.cos)).min(1.0);
             let schlick = (1.0 - cos_d).powi(5);
-            let weight = d_phi * masking.g1(cos_i / sin_i) * cos_d;
+            let weight = d_phi * lobe.g1(cos_i / sin_i) * cos_d;
             sum.plus(weight, FresnelMoments { one: 1.0, schlick, cosine: cos_d })
         });
         // D cosθh dωh = slope density · dx dφ / 2, both halves of the circle: the factor 2 goes.
@@ -152,14 +148,14 @@ impl View {
     }
 }
 
-/// ∫ f cosθi dωi of the specular term of a channel.
+/// ∫ f cosθi dωi of a lobe, per colour.
 #[must_use]
-pub fn specular_albedo(channel: &ChannelBrdf, cos_theta_o: f64) -> f64 {
-    let moments = FresnelMoments::new(&channel.ndf, &channel.masking, cos_theta_o);
-    4.0 * channel.rho_s / PI * moments.with_fresnel(&channel.fresnel)
+pub fn specular_albedo(lobe: &Lobe<Sgd>, cos_theta_o: f64) -> [f64; 3] {
+    let moments = FresnelMoments::new(lobe, cos_theta_o);
+    std::array::from_fn(|c| 4.0 * lobe.rho_s[c] / PI * moments.with_fresnel(&lobe.fresnel[c]))
 }
 
-/// Directional albedo ∫ f(wi, wo) cosθi dωi per channel, at cosθo in (0, 1]; 0 at and below the
+/// Directional albedo ∫ f(wi, wo) cosθi dωi per colour, at cosθo in (0, 1]; 0 at and below the
 /// horizon.
 ///
 /// The published fits do not conserve energy: values above 1 occur and are not clamped.
@@ -168,21 +164,23 @@ pub fn directional_albedo(brdf: &SgdBrdf, cos_theta_o: f64) -> [f64; 3] {
     if cos_theta_o.is_nan() || cos_theta_o < f64::MIN_POSITIVE {
         return [0.0; 3];
     }
-    brdf.channels.each_ref().map(|channel| channel.rho_d + specular_albedo(channel, cos_theta_o))
+    let lobes = brdf.lobes.iter().map(|lobe| specular_albedo(lobe, cos_theta_o));
+    lobes.fold(brdf.rho_d, |sum, lobe| std::array::from_fn(|c| sum[c] + lobe[c]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::MaskingKind;
     use crate::material::{catalog, find};
-    use crate::microfacet::masking::MaskingKind;
+    use crate::microfacet::Accuracy;
 
     #[test]
     fn gold_paint_green_reflects_what_independent_quadrature_gave() {
         let material = &find("gold-paint").expect("catalogue").material;
         let brdf = SgdBrdf::new(material, MaskingKind::Fitted);
         for (degrees, expected) in [(0.0_f64, 0.0890), (80.0, 0.0760)] {
-            let albedo = specular_albedo(&brdf.channels[1], degrees.to_radians().cos());
+            let [_, albedo, _] = specular_albedo(&brdf.lobes[1], degrees.to_radians().cos());
             assert!((albedo - expected).abs() < 6e-5, "{degrees}: {albedo}");
         }
     }
@@ -192,17 +190,11 @@ mod tests {
         let (radial, azimuth) = (gauss_legendre(160), azimuths(240));
         let mut worst: f64 = 0.0;
         for entry in catalog().iter().step_by(9) {
-            let params = &entry.material.channels[1];
-            let channel = ChannelBrdf::with_accuracy(params, MaskingKind::Exact, 1e-6);
+            let params = &entry.material.lobes()[1];
+            let lobe = Lobe::new(params, MaskingKind::Exact, Accuracy::Picture);
             for cos in [1.0, 0.7, 0.17, 0.0175, 1e-4] {
-                let usual = FresnelMoments::new(&channel.ndf, &channel.masking, cos);
-                let fine = FresnelMoments::with_rules(
-                    &channel.ndf,
-                    &channel.masking,
-                    cos,
-                    &radial,
-                    &azimuth,
-                );
+                let usual = FresnelMoments::new(&lobe, cos);
+                let fine = FresnelMoments::with_rules(&lobe, cos, &radial, &azimuth);
                 let error = (usual.one / fine.one - 1.0).abs();
                 worst = worst.max(error);
                 assert!(fine.one <= 1.0 + 1e-9, "one scattering returns at most everything");

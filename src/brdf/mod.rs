@@ -3,18 +3,16 @@
 
 pub mod albedo;
 pub mod batch;
-pub mod eval;
 pub mod gltf;
-pub mod lobes;
+pub mod model;
 pub mod one_lobe;
 pub mod reflectance;
 pub mod sampler;
 
 pub use albedo::{FresnelMoments, directional_albedo};
 pub use batch::SgdBatch;
-pub use eval::{ChannelBrdf, Factors, SgdBrdf, Terms};
 pub use gltf::GltfBrdf;
-pub use lobes::LobesBrdf;
-pub use one_lobe::{Distribution, OneLobeBrdf};
-pub use reflectance::Reflectance;
+pub use model::{Brdf, Lobe, LobeCurves, LobeTerms, MaskingKind, SgdBrdf, Terms};
+pub use one_lobe::{OneLobe, OneLobeChannel};
+pub use reflectance::{Reflectance, Sample};
 pub use sampler::{Sampler, Strategy};

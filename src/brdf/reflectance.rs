@@ -1,20 +1,20 @@
-//! What an integrator asks of any reflectance: value, a direction drawn, the density it has.
+//! What an integrator asks of a reflectance: values, and directions drawn with their density.
 
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::brdf::SgdBrdf;
+use crate::brdf::Brdf;
 use crate::brdf::batch::{Pairs, RgbMut, SgdBatch};
-use crate::brdf::eval::above_horizon;
-use crate::math::direction::{cos_theta, from_cos_sin};
+use crate::math::direction::from_cos_sin;
+use crate::microfacet::Distribution;
 
-/// A reflectance of three colour channels over the upper hemisphere: SGD itself, a best fit to
-/// it, or a lookup texture of it.
+/// A reflectance of three colours over the upper hemisphere: SGD itself, a best fit to it, a
+/// lookup texture of it, or a measurement.
 ///
-/// `wi`, `wo` are unit; below the horizon [`Self::eval`] and [`Self::pdf`] are 0.
+/// `wi`, `wo` are unit; below the horizon f is 0.
 pub trait Reflectance: Sync {
-    /// f(wi, wo) \[1/sr\] per channel.
+    /// f(wi, wo) \[1/sr\] per colour; NaN where a measurement has no value.
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
 
     /// f of every pair `[wi, wo]` into the slot of the same index.
@@ -23,19 +23,16 @@ pub trait Reflectance: Sync {
             *slot = self.eval(*wi, *wo);
         }
     }
+}
 
+/// A reflectance that draws directions in proportion to what it reflects.
+pub trait Sample: Reflectance {
     /// A direction to the light for `wo`, from three uniform numbers in [0, 1); `None` where the
     /// draw falls below the horizon.
-    ///
-    /// Unless overridden, [`cosine_sample`] of the last two.
-    fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<DVec3> {
-        above_horizon(wo).then(|| cosine_sample([u[1], u[2]]))
-    }
+    fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<DVec3>;
 
     /// The density of [`Self::sample`] at `wi` \[1/sr\]; 0 exactly where it never draws.
-    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        if above_horizon(wi) && above_horizon(wo) { cos_theta(wi) * FRAC_1_PI } else { 0.0 }
-    }
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64;
 }
 
 /// A direction of density cosθ/π: the unit disc by polar coordinates, lifted to the hemisphere
@@ -45,7 +42,7 @@ pub fn cosine_sample(u: [f64; 2]) -> DVec3 {
     from_cos_sin((1.0 - u[0]).sqrt(), u[0].sqrt(), TAU * u[1])
 }
 
-impl Reflectance for SgdBrdf {
+impl<D: Distribution> Reflectance for Brdf<D> {
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         Self::eval(self, wi, wo)
     }
@@ -53,7 +50,7 @@ impl Reflectance for SgdBrdf {
 
 impl Reflectance for SgdBatch {
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        self.terms(wi.as_vec3(), wo.as_vec3()).map(|channel| channel.brdf)
+        self.terms(wi.as_vec3(), wo.as_vec3()).brdf
     }
 
     fn eval_all(&self, pairs: &[[DVec3; 2]], f: &mut [[f64; 3]]) {

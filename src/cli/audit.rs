@@ -4,20 +4,24 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
+use crate::cli::measured;
 use crate::cli::output::Output;
-use crate::cli::selection::Materials;
-use crate::report::audit::{Audit, audit};
-use crate::report::audit_page::markdown;
+use crate::cli::selection::Subjects;
+use sgdbake::report::audit::{Audit, audit};
+use sgdbake::report::audit_page::markdown;
+use sgdbake::report::measured::{MeasuredAudit, audit_measured};
+use sgdbake::report::measured_page;
 
 /// Checks the laws of the model for materials, and reports where their numbers gain energy, leave
 /// [0, 1] or the range of half floats.
 ///
-/// A law that is not kept is exit code 3; what a fit breaks is a finding, and exit code 0.
+/// A law that is not kept is exit code 3; what a fit or a measurement breaks is a finding, and exit
+/// code 0.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  sgdbake audit --material white-paint --json")]
 pub struct Arguments {
     #[command(flatten)]
-    materials: Materials,
+    subjects: Subjects,
     /// Machine-readable report
     #[arg(long)]
     json: bool,
@@ -27,19 +31,34 @@ pub struct Arguments {
 struct Report {
     schema: &'static str,
     materials: Vec<Audit>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    measurements: Vec<MeasuredAudit>,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials = arguments.materials.load()?;
-    let bar = output.progress(materials.len() as u64, "materials");
+    let subjects = &arguments.subjects;
+    let materials = subjects.materials()?;
+    let bar = output.progress((materials.len() + subjects.measured.len()) as u64, "audit");
     let audits: Vec<Audit> = materials.par_iter().map(audit).inspect(|_| bar.inc(1)).collect();
+    let measurements: Vec<MeasuredAudit> = subjects
+        .measured
+        .iter()
+        // One after the other: each may take as much memory as two of its files.
+        .map(|path| Ok(audit_measured(&measured::name(path), &measured::read(path)?)))
+        .inspect(|_| bar.inc(1))
+        .collect::<Result<_, Failure>>()?;
     bar.finish_and_clear();
     let broken = broken(&audits);
     if arguments.json {
-        output.json(&Report { schema: "sgdbake/audit/1", materials: audits })?;
+        output.json(&Report { schema: "sgdbake/audit/1", materials: audits, measurements })?;
     } else {
-        output.line(markdown(&audits).trim_end())?;
+        if !audits.is_empty() {
+            output.line(markdown(&audits).trim_end())?;
+        }
+        if !measurements.is_empty() {
+            output.line(measured_page::markdown(&measurements).trim_end())?;
+        }
     }
     output.finish()?;
     broken.map_or(Ok(()), |law| Err(Failure::check(law)))

@@ -1,22 +1,21 @@
 //! `sgdbake bake`: lookup textures and their manifest.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::cli::assignment::AssignmentArguments;
-use crate::cli::dressing;
+use crate::cli::evaluator::MaskingChoice;
 use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
+use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection::{self, ExtentArguments};
-use crate::encode::manifest::{Format, Location, Manifest, TextureEntry};
-use crate::encode::{exr, ktx2, png, shader};
-use crate::lut::{self, BakeError, Baked, Depth, Depths, Quantity, Request, Table};
-use crate::material::{Material, catalog};
-use crate::microfacet::masking::MaskingKind;
-use crate::scene::Scene;
+use sgdbake::asset::{BuildError, Product, build_with_progress};
+use sgdbake::encode::{Format, shader};
+use sgdbake::lut::{self, BakeError, Depth, Depths, Quantity, Request, Table};
+use sgdbake::material::{Material, catalog};
+use sgdbake::scene::Scene;
 
 /// Bakes lookup textures of materials, with a manifest and shader functions that decode them.
 #[derive(Debug, clap::Args)]
@@ -26,29 +25,48 @@ Examples:
   sgdbake bake chair.glb --assign 'Legs=chrome' --assign 'Seat*=black-fabric' -o lut")]
 pub struct Arguments {
     /// A scene: the materials assigned to slots that its meshes use are baked, and no others
-    #[arg(value_name = "SCENE", required_unless_present = "material")]
+    #[arg(value_name = "SCENE", required_unless_present_any = ["material", "all"])]
     scene: Option<PathBuf>,
     #[command(flatten)]
     assignments: AssignmentArguments,
-    /// A catalogue name or the path of a material file
-    #[arg(long, value_name = "MATERIAL", conflicts_with = "scene")]
+    /// A catalogue name or the path of a material file. Repeat for more
+    #[arg(
+        long,
+        value_name = "MATERIAL",
+        conflicts_with = "scene",
+        value_parser = selection::MaterialParser,
+        hide_possible_values = true
+    )]
     material: Vec<String>,
+    /// The whole catalogue
+    #[arg(long, conflicts_with_all = ["scene", "material"])]
+    all: bool,
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// What to store: ndf, masking, fresnel, albedo, brdf3d
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "ndf,masking,fresnel")]
+    /// What to store, separated by commas
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "ndf,masking,fresnel",
+        value_parser = selection::one_of::<Quantity>(Quantity::ALL.map(Quantity::name))
+    )]
     quantity: Vec<Quantity>,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingKind,
+    masking: MaskingChoice,
     #[command(flatten)]
     extent: ExtentArguments,
-    /// The file format: exr, ktx2, or png (16-bit integers: masking, fresnel and albedo only)
-    #[arg(long, default_value = "exr")]
+    /// The file format; png holds 16-bit integers, and only masking, fresnel and albedo
+    #[arg(
+        long,
+        default_value = "exr",
+        value_parser = selection::one_of::<Format>(Format::ALL.map(Format::extension))
+    )]
     format: Format,
-    /// The texels' number format, half or float; by default the smallest that keeps the tolerance
-    #[arg(long)]
+    /// The texels' number format; by default the smallest that keeps the tolerance
+    #[arg(long, value_parser = selection::one_of::<Depth>(["half", "float"]))]
     depth: Option<Depth>,
     /// Also bake all five quantities of the whole catalogue, and report the bytes that were saved;
     /// takes a while at small tolerances
@@ -64,7 +82,7 @@ pub struct Arguments {
 /// A file of the bake.
 struct File {
     path: PathBuf,
-    bytes: Vec<u8>,
+    bytes: Arc<[u8]>,
 }
 
 /// What `--json` prints.
@@ -103,21 +121,24 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let request = request(arguments)?;
     let bar = output.progress(steps(arguments, &materials), "bake");
     let step = || bar.inc(1);
-    let baked = lut::bake_with_progress(&materials.iter().collect::<Vec<_>>(), &request, &step)
+    let materials: Vec<&Material> = materials.iter().collect();
+    let product = build_with_progress(&materials, &request, arguments.format, &step)
         .map_err(|error| refused(error, &request))?;
     let catalogue = arguments.compare.then(|| everything(&request, &step)).transpose()?;
-    let files = files(arguments, &materials, &baked, &step)?;
+    let files = files(arguments, &product);
     bar.finish_and_clear();
-    // All or nothing: what stands in the way is found before the first file is written.
-    for file in &files {
-        refuse_foreign(&file.path, arguments.writing.force)?;
+    let new: Vec<NewFile<'_>> =
+        files.iter().map(|file| NewFile::of_bytes(&file.path, &file.bytes)).collect();
+    arguments.writing.write_all(&new, &arguments.inputs())?;
+    report(arguments, &files, &product, catalogue, output)
+}
+
+impl Arguments {
+    /// The files that the command reads.
+    fn inputs(&self) -> Vec<&Path> {
+        let named = self.material.iter().map(Path::new);
+        self.scene.as_deref().into_iter().chain(self.assignments.inputs()).chain(named).collect()
     }
-    if !arguments.writing.dry_run {
-        for file in &files {
-            write_file(&file.path, &file.bytes, arguments.writing.force)?;
-        }
-    }
-    report(arguments, &files, &baked, catalogue, output)
 }
 
 /// What a bake tells its progress by: each material is sampled and fitted, and may get a 3D table;
@@ -130,6 +151,9 @@ fn steps(arguments: &Arguments, materials: &[Material]) -> u64 {
 
 /// The materials asked for, or those that a scene's meshes use.
 fn materials(arguments: &Arguments) -> Result<Vec<Material>, Failure> {
+    if arguments.all {
+        return Ok(catalog().iter().map(|entry| entry.material.clone()).collect());
+    }
     let Some(path) = &arguments.scene else {
         return arguments.material.iter().map(|name| selection::material(name)).collect();
     };
@@ -162,7 +186,7 @@ fn request(arguments: &Arguments) -> Result<Request, Failure> {
     };
     Ok(Request {
         quantities: arguments.quantity.clone(),
-        masking: arguments.masking,
+        masking: arguments.masking.into(),
         extent: arguments.extent.into(),
         depths,
     })
@@ -179,11 +203,12 @@ fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything,
     let flat = Request { quantities: flat, depths, ..request.clone() };
     let solid = Request { quantities: solid, ..flat.clone() };
     let all: Vec<&Material> = catalog().iter().map(|entry| &entry.material).collect();
-    let texture_bytes = texture_bytes(&lut::bake_with_progress(&all, &flat, step)?);
+    let texel_bytes = |tables: &[Table]| tables.iter().map(Table::bytes).sum::<usize>();
+    let texture_bytes = texel_bytes(&lut::bake_with_progress(&all, &flat, step)?.tables);
     let mut everything = Everything { texture_bytes, out_of_reach: 0 };
     for material in all {
         match lut::bake(&[material], &solid) {
-            Ok(baked) => everything.texture_bytes += self::texture_bytes(&baked),
+            Ok(baked) => everything.texture_bytes += texel_bytes(&baked.tables),
             Err(BakeError::NotReached { .. } | BakeError::Volume { .. }) => {
                 everything.out_of_reach += 1;
             }
@@ -194,62 +219,24 @@ fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything,
     Ok(everything)
 }
 
-/// Bytes of the texels of all tables.
-fn texture_bytes(baked: &Baked) -> usize {
-    baked.tables.iter().map(Table::bytes).sum()
-}
-
 /// The textures and decoders, and the manifest last: a reader that finds it finds everything.
-fn files(
-    arguments: &Arguments,
-    materials: &[Material],
-    baked: &Baked,
-    step: &(dyn Fn() + Sync),
-) -> Result<Vec<File>, Failure> {
-    let mut files = Vec::new();
-    let mut add = |name: &str, bytes: Vec<u8>| {
-        files.push(File { path: arguments.output.join(name), bytes });
-    };
-    let mut entries = Vec::new();
-    for table in &baked.tables {
-        let name = file_name(table, arguments.format);
-        add(&name, encoded(arguments.format, table, &name)?);
-        entries.push(TextureEntry::new(table, arguments.format, Location::File { file: name }));
-    }
-    add("sgd_lut.glsl", shader::GLSL.into());
-    add("sgd_lut.wgsl", shader::WGSL.into());
-    let dressed = materials.par_iter().zip(&baked.placed);
-    let entry = |(material, placed)| dressing::entry(material, placed);
-    let materials = dressed.map(entry).inspect(|_| step()).collect();
-    let manifest = Manifest::new(materials, entries, baked.left_out.clone());
-    let mut bytes = serde_json::to_vec_pretty(&manifest).map_err(Failure::job)?;
-    bytes.push(b'\n');
-    add("manifest.json", bytes);
-    Ok(files)
-}
-
-/// `ndf.exr`; `brdf3d-2.exr` for the 3D table of row 2.
-fn file_name(table: &Table, format: Format) -> String {
-    let row = table.row.map_or_else(String::new, |row| format!("-{row}"));
-    format!("{}{row}.{}", table.quantity.name(), format.extension())
-}
-
-fn encoded(format: Format, table: &Table, name: &str) -> Result<Vec<u8>, Failure> {
-    let bytes = match format {
-        Format::Exr => Some(exr::encode(table, name)),
-        Format::Ktx2 => ktx2::encode(table, name),
-        Format::Png => png::encode(table, name),
-    };
-    bytes.ok_or_else(|| {
-        Failure::usage(format!("{} does not hold these texels", format.extension()))
-            .help("choose --format exr")
-    })
+fn files(arguments: &Arguments, product: &Product) -> Vec<File> {
+    let textures = product.textures.iter();
+    let textures = textures.map(|texture| (texture.entry.file_name(), texture.bytes.clone()));
+    let texts = [
+        ("sgd_lut.glsl", shader::GLSL.to_owned()),
+        ("sgd_lut.wgsl", shader::WGSL.to_owned()),
+        ("manifest.json", product.manifest().to_text()),
+    ];
+    let texts = texts.map(|(name, text)| (name.to_owned(), Arc::from(text.into_bytes())));
+    let file = |(name, bytes)| File { path: arguments.output.join(name), bytes };
+    textures.chain(texts).map(file).collect()
 }
 
 fn report(
     arguments: &Arguments,
     files: &[File],
-    baked: &Baked,
+    product: &Product,
     catalogue: Option<Everything>,
     output: &mut Output,
 ) -> Result<(), Failure> {
@@ -257,15 +244,15 @@ fn report(
         schema: "sgdbake/bake/1",
         dry_run: arguments.writing.dry_run,
         files: files.iter().map(|f| FileReport { path: &f.path, bytes: f.bytes.len() }).collect(),
-        texture_bytes: texture_bytes(baked),
+        texture_bytes: product.textures.iter().map(|texture| texture.entry.texel_bytes()).sum(),
         catalogue,
-        rows: baked.placed.iter().filter_map(|placed| placed.row).max().map_or(0, |row| row + 1),
-        measured_error: baked
-            .tables
+        rows: rows(product),
+        measured_error: product
+            .textures
             .iter()
-            .filter_map(|table| table.error.measured)
+            .filter_map(|texture| texture.entry.error.measured)
             .reduce(f64::max),
-        left_out: baked.left_out.len(),
+        left_out: product.left_out.len(),
     };
     if arguments.json {
         return output.json(&report);
@@ -294,15 +281,29 @@ fn report(
     Ok(())
 }
 
+/// The number of rows that the materials use.
+fn rows(product: &Product) -> usize {
+    product.assets.iter().filter_map(|asset| asset.material.row).max().map_or(0, |row| row + 1)
+}
+
 /// Where half floats are what was asked for, they may be what keeps a tolerance out of reach.
-fn refused(error: BakeError, request: &Request) -> Failure {
+fn refused(error: BuildError, request: &Request) -> Failure {
     let half = request.depths == Depths::Only(Depth::Half);
-    let not_reached = matches!(error, BakeError::NotReached { .. });
+    let not_reached = matches!(error, BuildError::Bake(BakeError::NotReached { .. }));
     let failure = Failure::from(error);
     if half && not_reached {
         return failure.help("accept a larger --tolerance, or allow --depth float");
     }
     failure
+}
+
+impl From<BuildError> for Failure {
+    fn from(error: BuildError) -> Self {
+        match error {
+            BuildError::Bake(error) => error.into(),
+            BuildError::Format(error) => Self::usage(error).help("choose --format exr"),
+        }
+    }
 }
 
 impl From<BakeError> for Failure {

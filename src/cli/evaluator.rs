@@ -3,20 +3,38 @@
 use clap::ValueEnum;
 use glam::DVec3;
 
-use crate::brdf::{Factors, SgdBatch, SgdBrdf, Terms};
-use crate::material::Material;
-use crate::math::direction::cos_sin_degrees;
-use crate::microfacet::masking::MaskingKind;
+use sgdbake::brdf::{LobeCurves, MaskingKind, SgdBatch, SgdBrdf, Terms};
+use sgdbake::material::Material;
+use sgdbake::math::direction::cos_sin_degrees;
 
 /// How to evaluate.
 #[derive(Debug, clap::Args)]
 pub struct Evaluation {
     /// The masking function
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingKind,
+    masking: MaskingChoice,
     /// The arithmetic: the reference in f64, or the f32 batch path
     #[arg(long, value_enum, default_value_t)]
     precision: Precision,
+}
+
+/// A masking function by its name on the command line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum MaskingChoice {
+    /// Smith's masking of the distribution, exactly
+    #[default]
+    Exact,
+    /// The paper's three-parameter fit
+    Fitted,
+}
+
+impl From<MaskingChoice> for MaskingKind {
+    fn from(choice: MaskingChoice) -> Self {
+        match choice {
+            MaskingChoice::Exact => Self::Exact,
+            MaskingChoice::Fitted => Self::Fitted,
+        }
+    }
 }
 
 /// Which arithmetic to evaluate in.
@@ -34,8 +52,8 @@ impl Evaluation {
     #[must_use]
     pub fn of(&self, material: &Material) -> Evaluator {
         match self.precision {
-            Precision::F64 => Evaluator::Double(SgdBrdf::new(material, self.masking)),
-            Precision::F32 => Evaluator::Single(SgdBatch::new(material, self.masking)),
+            Precision::F64 => Evaluator::Double(SgdBrdf::new(material, self.masking.into())),
+            Precision::F32 => Evaluator::Single(SgdBatch::new(material, self.masking.into())),
         }
     }
 }
@@ -49,22 +67,22 @@ pub enum Evaluator {
 }
 
 impl Evaluator {
-    /// f and its terms for a pair of directions, per channel.
+    /// f and its terms for a pair of directions.
     #[must_use]
-    pub fn terms(&self, wi: DVec3, wo: DVec3) -> [Terms; 3] {
+    pub fn terms(&self, wi: DVec3, wo: DVec3) -> Terms {
         match self {
-            Self::Double(brdf) => brdf.channels.each_ref().map(|c| c.terms(wi, wo)),
+            Self::Double(brdf) => brdf.terms(wi, wo),
             Self::Single(batch) => batch.terms(wi.as_vec3(), wo.as_vec3()),
         }
     }
 
-    /// The factors against one angle, per channel.
+    /// The factors of each lobe against one angle.
     #[must_use]
-    pub fn factors(&self, theta_deg: f64) -> [Factors; 3] {
+    pub fn curves(&self, theta_deg: f64) -> Vec<LobeCurves> {
         let (cos, sin) = cos_sin_degrees(theta_deg);
         match self {
-            Self::Double(brdf) => brdf.channels.each_ref().map(|c| c.factors(cos, sin)),
-            Self::Single(batch) => batch.factors(cos as f32, sin as f32),
+            Self::Double(brdf) => brdf.lobes.iter().map(|lobe| lobe.curves(cos, sin)).collect(),
+            Self::Single(batch) => batch.curves(cos as f32, sin as f32),
         }
     }
 }

@@ -7,13 +7,17 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::cli::assignment::{Assigned, AssignmentArguments};
-use crate::cli::dressing::replacements;
+use crate::cli::evaluator::MaskingChoice;
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, refuse_foreign, write_with, written_by_sgdbake};
+use crate::cli::output::{NewFile, Output, Writing};
+use crate::cli::ownership::is_ours;
 use crate::cli::selection::ExtentArguments;
-use crate::lut::{Depths, Quantity, Request};
-use crate::microfacet::masking::MaskingKind;
-use crate::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
+use crate::cli::terminal::name;
+use sgdbake::asset::build;
+use sgdbake::encode::Format;
+use sgdbake::lut::{Depths, Quantity, Request};
+use sgdbake::material::Material;
+use sgdbake::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
 
 /// Puts measured materials into the slots of a scene. Everything that is not an assigned material
 /// comes out as it came in.
@@ -40,15 +44,11 @@ pub struct Arguments {
     prune: bool,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingKind,
+    masking: MaskingChoice,
     #[command(flatten)]
     extent: ExtentArguments,
-    /// List the slots and what would be written, and write nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Overwrite files that sgdbake did not write
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    writing: Writing,
     /// Machine-readable report
     #[arg(long)]
     json: bool,
@@ -99,25 +99,17 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let assigned = arguments.assignments.assigned(&slots)?;
     let request = Request {
         quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
-        masking: arguments.masking,
+        masking: arguments.masking.into(),
         extent: arguments.extent.into(),
         depths: Depths::Smallest,
     };
-    let replacements = replacements(&assigned.materials, &request)?;
+    let materials: Vec<&Material> = assigned.materials.iter().collect();
+    let assets = build(&materials, &request, Format::Exr)?.assets;
     let pairs = slots.iter().zip(&assigned.by_slot);
-    let replaced: Vec<_> =
-        pairs.filter_map(|(slot, m)| Some((slot.id, &replacements[(*m)?]))).collect();
+    let replaced: Vec<_> = pairs.filter_map(|(slot, m)| Some((slot.id, &assets[(*m)?]))).collect();
     let scene = if arguments.prune { scene.pruned(&replaced)? } else { scene };
     let export = scene.export(&replaced, &arguments.output)?;
-    let files = changed(&export.files);
-    // All or nothing: what stands in the way is found before the first file is written.
-    refuse(arguments, &files)?;
-    if !arguments.dry_run {
-        // The scene last: a reader that finds it finds everything.
-        for file in files.iter().rev() {
-            write_with(&file.path, |out| file.write_to(out))?;
-        }
-    }
+    write(arguments, &changed(&export.files))?;
     for warning in scene.warnings().iter().chain(&export.warnings) {
         output.note(format_args!("warning: {warning}"));
     }
@@ -154,21 +146,28 @@ fn changed(files: &[OutputFile]) -> Vec<&OutputFile> {
     files.iter().filter(|file| !(file.copy && stands_already(file))).collect()
 }
 
+/// Whether the file is there with this content. Its size is compared first.
 fn stands_already(file: &OutputFile) -> bool {
-    let same_size = fs::metadata(&file.path).is_ok_and(|old| old.len() == file.len());
+    let same_size =
+        fs::metadata(&file.path).is_ok_and(|old| old.is_file() && old.len() == file.len());
     let mut bytes = Vec::new();
     same_size
         && file.write_to(&mut bytes).is_ok()
         && fs::read(&file.path).is_ok_and(|old| old == bytes)
 }
 
-/// Refuses to overwrite what this tool did not write. What belongs to a scene that it wrote (the
-/// buffer has no mark of its own) it may write again.
-fn refuse(arguments: &Arguments, files: &[&OutputFile]) -> Result<(), Failure> {
-    let own_scene = arguments.output.is_file() && written_by_sgdbake(&arguments.output);
-    files
-        .iter()
-        .try_for_each(|file| refuse_foreign(&file.path, arguments.force || own_scene && !file.copy))
+/// Writes the files, the scene last: a reader that finds it finds everything. What belongs to a
+/// scene that sgdbake wrote (the buffer has no mark of its own) it may write again.
+fn write(arguments: &Arguments, files: &[&OutputFile]) -> Result<(), Failure> {
+    let Writing { dry_run, force } = arguments.writing;
+    let scene: Vec<&Path> = arguments.scene.iter().map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = scene.into_iter().chain(arguments.assignments.inputs()).collect();
+    let own_scene = arguments.output.is_file() && is_ours(&arguments.output);
+    let copies = files.iter().filter(|file| file.copy).map(|file| file.path.as_path());
+    arguments.writing.check(copies, &inputs)?;
+    let new: Vec<NewFile<'_>> =
+        files.iter().rev().map(|file| NewFile::new(&file.path, |out| file.write_to(out))).collect();
+    Writing { dry_run, force: force || own_scene }.write_all(&new, &inputs)
 }
 
 fn report(
@@ -192,7 +191,7 @@ fn report(
     let warnings = scene.warnings().iter().chain(&export.warnings).map(String::as_str);
     let report = Report {
         schema: "sgdbake/export/1",
-        dry_run: arguments.dry_run,
+        dry_run: arguments.writing.dry_run,
         slots: slot_reports.collect(),
         files: files.collect(),
         warnings: warnings.collect(),
@@ -205,8 +204,11 @@ fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
         let material = slot.material.unwrap_or("stays as it is");
         let meshes = if slot.used { slot.meshes.join(", ") } else { "unused".into() };
         output.line(format_args!(
-            "{}: {material} ({} triangles; {meshes})",
-            slot.slot, slot.triangles
+            "{}: {} ({} triangles; {})",
+            name(&slot.slot),
+            name(material),
+            slot.triangles,
+            name(&meshes)
         ))?;
     }
     let verb = if report.dry_run { "would write" } else { "wrote" };

@@ -1,32 +1,28 @@
 //! `sgdbake fit`: the best fits, how far they are and how far they look.
 
-use std::hint::black_box;
-use std::time::Instant;
-
 use clap::ValueEnum;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::brdf::{ChannelBrdf, Distribution, LobesBrdf, OneLobeBrdf, Reflectance, SgdBrdf};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection::Materials;
-use crate::fit::gltf::GltfFit;
-use crate::fit::lobes::{LobesFit, MOST_LOBES};
-use crate::fit::one_lobe::OneLobeFit;
-use crate::fit::target::Residuals;
-use crate::fit::{Metric, Reason, Target, gltf, lobes, one_lobe};
-use crate::material::Material;
-use crate::microfacet::masking::MaskingKind;
-use crate::preview::Film;
-use crate::preview::ball::{KEY_LIGHT, under_sun};
+use sgdbake::brdf::{Brdf, OneLobe, Reflectance};
+use sgdbake::fit::gltf::GltfFit;
+use sgdbake::fit::mixture::{MAX_COMPONENTS, MixtureFit};
+use sgdbake::fit::one_lobe::OneLobeFit;
+use sgdbake::fit::target::Residuals;
+use sgdbake::fit::{Metric, Reason, Target, gltf, mixture, one_lobe};
+use sgdbake::material::Material;
+use sgdbake::microfacet::Family;
+use sgdbake::report::appearance::{Appearance, ReferenceBall, evaluation_ns};
 
 /// Fits simpler models to materials and prints their parameters, residuals, the colour difference
 /// of a ball under one light, and what an evaluation costs.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  sgdbake fit --material gold-paint --model ggx,gltf\n  sgdbake fit --all --model lobes --lobes 8 --json"
+    after_help = "Example:\n  sgdbake fit --material gold-paint --model ggx,gltf\n  sgdbake fit --all --model mixture --components 8 --json"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -37,12 +33,12 @@ pub struct Arguments {
         value_enum,
         value_name = "LIST",
         value_delimiter = ',',
-        default_value = "beckmann,ggx,lobes,gltf"
+        default_value = "beckmann,ggx,mixture,gltf"
     )]
     model: Vec<Model>,
-    /// Beckmann lobes of the model 'lobes'
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = lobe_count)]
-    lobes: usize,
+    /// Beckmann distributions of the model 'mixture', from 1 to 32
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = component_count)]
+    components: usize,
     /// Machine-readable output, one JSON object a line
     #[arg(long)]
     json: bool,
@@ -55,31 +51,19 @@ enum Model {
     Beckmann,
     /// One GGX lobe, per channel and with one width for all three
     Ggx,
-    /// Several Beckmann lobes with widths shared by the channels
-    Lobes,
+    /// Several Beckmann distributions with widths shared by the lobes
+    Mixture,
     /// A glTF 2.0 material
     Gltf,
 }
 
-/// What a fit found.
+/// The result of a fit.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 enum Fit {
     OneLobe(Box<OneLobeFit>),
-    Lobes(LobesFit),
+    Mixture(MixtureFit),
     Gltf(GltfFit),
-}
-
-/// How a fit compares as a picture and as a computation.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Appearance {
-    /// Which of the fit's reflectances.
-    of: &'static str,
-    /// Mean and largest ΔE2000 of a ball under one light.
-    delta_e_mean: f64,
-    delta_e_max: f64,
-    /// Measured time of one RGB evaluation.
-    evaluation_ns: f64,
 }
 
 /// A material's fit in one model.
@@ -126,24 +110,18 @@ struct Pictured {
     delta_e: [f64; 2],
 }
 
-/// Width and height of the ball in pixels.
-const BALL: usize = 32;
 /// Every so many of the target's pairs is evaluated for the time of an evaluation.
 const TIMED: usize = 4;
-/// Relative accuracy of the exact masking of the ball: far below what 8 bits show.
-const ACCURACY: f64 = 1e-6;
 
 impl<'a> Study<'a> {
     fn new(material: &'a Material, arguments: &Arguments) -> Self {
         let target = Target::new(material);
-        let exact = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, ACCURACY);
-        let exact = SgdBrdf { channels: material.channels.each_ref().map(exact) };
-        let ball = under_sun(&exact, KEY_LIGHT, BALL);
+        let ball = ReferenceBall::new(material);
         let fit = |model: &Model| {
-            let fit = model.fit(&target, arguments.lobes);
+            let fit = model.fit(&target, arguments.components);
             let pictured = fit.reflectances(material);
             let pictured = pictured.into_iter().map(|(of, residuals, reflectance)| {
-                let delta_e = delta_e(&ball, &*reflectance);
+                let delta_e = ball.delta_e(&*reflectance);
                 Pictured { of, reflectance, residuals, delta_e }
             });
             (*model, fit.clone(), pictured.collect())
@@ -187,12 +165,6 @@ fn row(material: &str, model: &str, pictured: &Pictured, appearance: &Appearance
     )
 }
 
-/// Mean and largest ΔE2000 between a picture of the ball and the ball as `reflectance` has it.
-fn delta_e(ball: &Film, reflectance: &dyn Reflectance) -> [f64; 2] {
-    let difference = under_sun(reflectance, KEY_LIGHT, BALL).delta_e(ball);
-    [difference.mean, difference.max]
-}
-
 impl Pictured {
     fn appearance(&self, pairs: &[[DVec3; 2]]) -> Appearance {
         let [delta_e_mean, delta_e_max] = self.delta_e;
@@ -201,38 +173,24 @@ impl Pictured {
     }
 }
 
-/// Median time of one evaluation over some of the pairs \[ns\].
-fn evaluation_ns(reflectance: &dyn Reflectance, pairs: &[[DVec3; 2]]) -> f64 {
-    const REPEATS: usize = 5;
-    let mut times: [f64; REPEATS] = std::array::from_fn(|_| {
-        let start = Instant::now();
-        for [wi, wo] in pairs {
-            black_box(reflectance.eval(*wi, *wo));
-        }
-        start.elapsed().as_secs_f64() * 1e9 / pairs.len().max(1) as f64
-    });
-    times.sort_by(f64::total_cmp);
-    times[REPEATS / 2]
-}
-
 impl Model {
     fn name(self) -> &'static str {
         match self {
             Self::Beckmann => "beckmann",
             Self::Ggx => "ggx",
-            Self::Lobes => "lobes",
+            Self::Mixture => "mixture",
             Self::Gltf => "gltf",
         }
     }
 
     fn fit(self, target: &Target, count: usize) -> Fit {
-        let one_lobe = |distribution| {
-            Fit::OneLobe(Box::new(one_lobe::fit_target(target, distribution, Metric::default())))
+        let one_lobe = |family| {
+            Fit::OneLobe(Box::new(one_lobe::fit_target(target, family, Metric::default())))
         };
         match self {
-            Self::Beckmann => one_lobe(Distribution::Beckmann),
-            Self::Ggx => one_lobe(Distribution::Ggx),
-            Self::Lobes => Fit::Lobes(lobes::fit_target(target, count)),
+            Self::Beckmann => one_lobe(Family::Beckmann),
+            Self::Ggx => one_lobe(Family::Ggx),
+            Self::Mixture => Fit::Mixture(mixture::fit_target(target, count)),
             Self::Gltf => Fit::Gltf(gltf::fit_target(target, Metric::default())),
         }
     }
@@ -245,11 +203,12 @@ impl Fit {
     fn reflectances(&self, material: &Material) -> Vec<Named> {
         match self {
             Self::OneLobe(fit) => vec![
-                ("per channel", fit.per_channel_residuals, Box::new(fit.per_channel)),
-                ("joint", fit.joint_residuals, Box::new(fit.joint)),
+                ("per channel", fit.per_channel_residuals, Box::new(fit.per_channel.brdf())),
+                ("joint", fit.joint_residuals, Box::new(fit.joint.brdf())),
             ],
-            Self::Lobes(fit) => {
-                vec![("lobes", fit.residuals, Box::new(LobesBrdf::new(material, &fit.lobes)))]
+            Self::Mixture(fit) => {
+                let brdf = Brdf::of_mixture(material, &fit.mixture);
+                vec![("mixture", fit.residuals, Box::new(brdf))]
             }
             Self::Gltf(fit) => vec![("material", fit.residuals, Box::new(fit.material))],
         }
@@ -258,7 +217,7 @@ impl Fit {
     fn reasons(&self) -> &[Reason] {
         match self {
             Self::OneLobe(fit) => &fit.reasons,
-            Self::Lobes(fit) => &fit.reasons,
+            Self::Mixture(fit) => &fit.reasons,
             Self::Gltf(fit) => &fit.reasons,
         }
     }
@@ -267,15 +226,18 @@ impl Fit {
     fn parameters(&self) -> String {
         match self {
             Self::OneLobe(fit) => {
-                let alpha = |brdf: &OneLobeBrdf| brdf.channels.map(|c| c.alpha);
+                let alpha = |fit: &OneLobe| fit.channels.map(|c| c.alpha);
                 let [r, g, b] = alpha(&fit.per_channel);
                 format!("alpha {r:.4} {g:.4} {b:.4}; joint {:.4}", fit.joint.channels[0].alpha)
             }
-            Self::Lobes(fit) => {
-                let [r, g, b] = fit.ndf_error;
-                let alpha: Vec<String> =
-                    fit.lobes.alpha.iter().map(|alpha| format!("{alpha:.4}")).collect();
-                format!("alpha {}; error of D {r:.5} {g:.5} {b:.5}", alpha.join(" "))
+            Self::Mixture(fit) => {
+                let numbers = |digits: usize, numbers: &[f64]| -> String {
+                    let texts: Vec<String> =
+                        numbers.iter().map(|n| format!("{n:.digits$}")).collect();
+                    texts.join(" ")
+                };
+                let (alpha, error) = (numbers(4, &fit.mixture.alpha), numbers(5, &fit.ndf_error));
+                format!("alpha {alpha}; error of D {error}")
             }
             Self::Gltf(fit) => {
                 let m = &fit.material;
@@ -292,9 +254,9 @@ impl Fit {
     }
 }
 
-fn lobe_count(text: &str) -> Result<usize, String> {
+fn component_count(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(count) if (1..=MOST_LOBES).contains(&count) => Ok(count),
-        _ => Err(format!("accepted are 1 to {MOST_LOBES} lobes")),
+        Ok(count) if (1..=MAX_COMPONENTS).contains(&count) => Ok(count),
+        _ => Err(format!("must be between 1 and {MAX_COMPONENTS}")),
     }
 }

@@ -6,7 +6,7 @@ use clap::CommandFactory as _;
 
 use crate::cli::Cli;
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
+use crate::cli::output::{NewFile, Output, Writing};
 
 /// Writes a manual page for sgdbake and one for each of its commands.
 #[derive(Debug, clap::Args)]
@@ -21,15 +21,11 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    for (name, page) in pages()? {
-        let path = arguments.output.join(name);
-        refuse_foreign(&path, arguments.writing.force)?;
-        if !arguments.writing.dry_run {
-            write_file(&path, &page, arguments.writing.force)?;
-        }
-        output.line(path.display())?;
-    }
-    Ok(())
+    let pages = pages()?.into_iter();
+    let files: Vec<NewFile<'_>> =
+        pages.map(|(name, page)| NewFile::of_bytes(arguments.output.join(name), page)).collect();
+    arguments.writing.write_all(&files, &[])?;
+    files.iter().try_for_each(|file| output.written(&file.path, arguments.writing))
 }
 
 /// The file name and the roff text of every page.

@@ -2,21 +2,25 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::brdf::ChannelBrdf;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection;
-use crate::material::{Channel, ChannelParams, MaskingParams, Material, catalog, find};
-use crate::microfacet::masking::{FittedMasking, MaskingKind};
-use crate::microfacet::{Masking, SgdNdf};
-use crate::report::number::six_digits;
+use sgdbake::asset::Parameters;
+use sgdbake::lut::row::with_masking_fits;
+use sgdbake::material::{Material, catalog};
+use sgdbake::report::number::six_digits;
+use sgdbake::report::parameters::{COLUMNS, Row, rows};
 
 /// Lists the measured materials, or prints one material's full table.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  sgdbake materials gold-paint")]
 pub struct Arguments {
     /// A catalogue name or the path of a material file
-    #[arg(value_name = "MATERIAL")]
+    #[arg(
+        value_name = "MATERIAL",
+        value_parser = selection::MaterialParser,
+        hide_possible_values = true
+    )]
     name: Option<String>,
     /// Machine-readable output
     #[arg(long)]
@@ -40,83 +44,43 @@ fn list(json: bool, output: &mut Output) -> Result<(), Failure> {
     names.try_for_each(|name| output.line(name))
 }
 
-/// A channel's row of the printed table.
-struct Row {
-    params: ChannelParams,
-    masking: MaskingParams,
-    ndf_k: f64,
-    theta0: f64,
-    error: Option<f64>,
-}
-
-fn rows(material: &Material) -> [Row; 3] {
-    // The printed error belongs to the published numbers, not to a file of the same name.
-    let published = find(&material.name).ok().filter(|entry| entry.material == *material);
-    std::array::from_fn(|c| {
-        let params = material.channels[c];
-        let masking = params.masking.unwrap_or_else(|| fitted_masking(&params));
-        Row {
-            params,
-            masking,
-            ndf_k: SgdNdf::new(params.alpha, params.p).k(),
-            theta0: FittedMasking::new(masking).theta0(),
-            error: published.map(|entry| entry.printed[c].error),
-        }
-    })
-}
-
-fn fitted_masking(params: &ChannelParams) -> MaskingParams {
-    match ChannelBrdf::new(params, MaskingKind::Exact).masking {
-        Masking::Exact(smith) => FittedMasking::fit(&smith).params(),
-        Masking::Fitted(fitted) => fitted.params(),
-    }
-}
-
 fn show(material: &Material, json: bool, output: &mut Output) -> Result<(), Failure> {
     let rows = rows(material);
     if json {
-        return output.json(&table_json(&material.name, &rows));
+        return output.json(&table_json(material, &rows));
     }
     output.line(&material.name)?;
-    output.line(header())?;
-    for (channel, row) in Channel::ALL.into_iter().zip(&rows) {
-        output.line(table_line(channel, row))?;
-    }
+    output.line(header(&rows))?;
+    rows.iter().try_for_each(|(name, row)| output.line(table_line(name, row)))?;
     Ok(())
 }
 
-const COLUMNS: [&str; 12] =
-    ["rho_d", "rho_s", "alpha", "p", "F0", "F1", "K", "lambda", "c", "k", "theta0", "error"];
-
-fn numbers(row: &Row) -> [Option<f64>; 12] {
-    let ChannelParams { rho_d, rho_s, alpha, p, f0, f1, .. } = row.params;
-    let MaskingParams { lambda, c, k } = row.masking;
-    let row = [rho_d, rho_s, alpha, p, f0, f1, row.ndf_k, lambda, c, k, row.theta0]
-        .map(Some)
-        .into_iter()
-        .chain([row.error]);
-    let mut numbers = [None; 12];
-    numbers.iter_mut().zip(row).for_each(|(slot, number)| *slot = number);
-    numbers
+/// The width of the longest name of a row.
+fn name_width(rows: &[(String, Row)]) -> usize {
+    rows.iter().map(|(name, _)| name.len()).max().unwrap_or(1)
 }
 
-fn header() -> String {
-    COLUMNS.iter().fold(" ".to_owned(), |line, column| format!("{line} {column:>12}"))
+fn header(rows: &[(String, Row)]) -> String {
+    let corner = " ".repeat(name_width(rows));
+    COLUMNS.iter().fold(corner, |line, column| format!("{line} {column:>12}"))
 }
 
-fn table_line(channel: Channel, row: &Row) -> String {
-    numbers(row).iter().fold(channel.name().to_owned(), |line, number| {
+fn table_line(name: &str, row: &Row) -> String {
+    row.iter().fold(name.to_owned(), |line, number| {
         format!("{line} {:>12}", number.map_or_else(|| "-".to_owned(), six_digits))
     })
 }
 
-fn table_json(name: &str, rows: &[Row; 3]) -> Value {
-    let channels: Map<String, Value> = Channel::ALL
-        .into_iter()
-        .zip(rows)
-        .map(|(channel, row)| (channel.name().to_owned(), row_json(row)))
-        .collect();
-    json!({"schema": "sgdbake/material/1", "name": name, "channels": channels})
+fn table_json(material: &Material, rows: &[(String, Row)]) -> Value {
+    let name = &material.name;
+    if material.channel_lobes().is_some() {
+        let channels: Map<String, Value> =
+            rows.iter().map(|(channel, row)| (channel.clone(), row_json(row))).collect();
+        return json!({"schema": "sgdbake/material/1", "name": name, "channels": channels});
+    }
+    let parameters = Parameters::of(&with_masking_fits(material));
+    let Parameters { name, diffuse, lobes } = parameters;
+    json!({"schema": "sgdbake/material/1", "name": name, "diffuse": diffuse, "lobes": lobes})
 }
 
 /// Keys as in a material file, and what follows from them: `K`, `theta0`, `error`.
@@ -126,7 +90,5 @@ fn row_json(row: &Row) -> Value {
         "F1" => "f1",
         other => other,
     });
-    Value::Object(
-        keys.into_iter().zip(numbers(row)).map(|(key, n)| (key.to_owned(), json!(n))).collect(),
-    )
+    Value::Object(keys.into_iter().zip(row).map(|(key, n)| (key.to_owned(), json!(n))).collect())
 }

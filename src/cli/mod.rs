@@ -5,23 +5,28 @@ pub mod assignment;
 pub mod failure;
 pub mod inspect;
 pub mod output;
+pub mod ownership;
 pub mod selection;
+pub mod terminal;
 
 mod audit;
 mod bake;
 mod completions;
-mod dressing;
 mod eval;
 mod evaluator;
 mod export;
+mod file_names;
 mod fit;
+mod input;
 mod man;
 mod materials;
+mod measured;
 mod preview;
 mod sample;
 mod sheet;
 mod slice;
 mod speed_error;
+mod tabulate;
 
 use std::process::ExitCode;
 #[cfg(unix)]
@@ -37,11 +42,17 @@ use output::Output;
 #[derive(Debug, Parser)]
 #[command(name = "sgdbake", version, max_term_width = 100, after_help = EXIT_CODES)]
 pub struct Cli {
-    /// Threads to use; all cores by default
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    /// Threads to use, 1 to 512; all cores by default
+    #[arg(
+        long,
+        global = true,
+        value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=512),
+        help_heading = "Global options"
+    )]
     threads: Option<u16>,
     /// No progress bars and no notes on stderr
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Global options")]
     quiet: bool,
     #[command(subcommand)]
     command: Command,
@@ -76,6 +87,8 @@ enum Command {
     Preview(preview::Arguments),
     /// The material sheet of the paper's supplement, as HTML
     Sheet(sheet::Arguments),
+    /// A material or a measurement as a file of measured reflectance: MERL or RGL
+    Tabulate(tabulate::Arguments),
     /// Speed against error of every way to evaluate a material
     SpeedError(speed_error::Arguments),
     /// Completions for a shell
@@ -121,6 +134,7 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Audit(arguments) => audit::run(arguments, output),
         Command::Preview(arguments) => preview::run(arguments, output),
         Command::Sheet(arguments) => sheet::run(arguments, output),
+        Command::Tabulate(arguments) => tabulate::run(arguments, output),
         Command::SpeedError(arguments) => speed_error::run(arguments, output),
         Command::Completions(arguments) => completions::run(arguments, output),
         Command::Man(arguments) => man::run(arguments, output),

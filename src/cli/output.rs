@@ -1,15 +1,18 @@
 //! Where results go: data to stdout, notes and progress to stderr, files under their final name
 //! only when complete.
 
+use std::collections::{BTreeSet, HashSet};
 use std::fs;
 use std::io::{self, BufWriter, IsTerminal as _, Stdout, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use tempfile::NamedTempFile;
 
 use crate::cli::failure::Failure;
+use crate::cli::ownership::is_ours;
+use crate::cli::terminal::{name, printable, printable_json};
 
 /// Whether a command writes its files, and over what.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -36,13 +39,23 @@ impl Output {
         Self { stdout: BufWriter::new(io::stdout()), quiet }
     }
 
-    /// One line of data.
+    /// One line of data; control characters but line breaks and tabs are shown as escapes.
     ///
     /// # Errors
     ///
     /// stdout cannot be written.
     pub fn line(&mut self, text: impl std::fmt::Display) -> Result<(), Failure> {
-        Ok(writeln!(self.stdout, "{text}")?)
+        Ok(writeln!(self.stdout, "{}", printable(&text.to_string()))?)
+    }
+
+    /// One line that names a file which was written, or would be.
+    ///
+    /// # Errors
+    ///
+    /// stdout cannot be written.
+    pub fn written(&mut self, path: &Path, writing: Writing) -> Result<(), Failure> {
+        let verb = if writing.dry_run { "would write" } else { "wrote" };
+        self.line(format_args!("{verb} {}", name(&path.display().to_string())))
     }
 
     /// One JSON value on a line.
@@ -51,14 +64,14 @@ impl Output {
     ///
     /// stdout cannot be written.
     pub fn json(&mut self, value: &impl Serialize) -> Result<(), Failure> {
-        serde_json::to_writer(&mut self.stdout, value).map_err(io::Error::from)?;
-        Ok(writeln!(self.stdout)?)
+        let json = serde_json::to_string(value).map_err(Failure::job)?;
+        Ok(writeln!(self.stdout, "{}", printable_json(&json))?)
     }
 
     /// A note to the user on stderr, not part of the result.
     pub fn note(&self, text: impl std::fmt::Display) {
         if !self.quiet {
-            eprintln!("{text}");
+            eprintln!("{}", printable(&text.to_string()));
         }
     }
 
@@ -83,38 +96,125 @@ impl Output {
     }
 }
 
-/// Writes a file under a temporary name beside it and renames it when complete: readers see the
-/// old file or the new one, never half of either.
-///
-/// # Errors
-///
-/// The folder or the file cannot be written, or a file that this tool did not write stands there
-/// and `force` is not set.
-pub fn write_file(path: &Path, bytes: &[u8], force: bool) -> Result<(), Failure> {
-    refuse_foreign(path, force)?;
-    write_with(path, |file| file.write_all(bytes))
+/// A file to write, and what fills it.
+pub struct NewFile<'a> {
+    /// Where.
+    pub path: PathBuf,
+    write: Box<dyn Fn(&mut fs::File) -> io::Result<()> + 'a>,
 }
 
-/// Lets `write` fill a temporary file beside `path`, and renames it when complete.
-///
-/// # Errors
-///
-/// The folder or the file cannot be written.
-pub fn write_with(
-    path: &Path,
-    write: impl FnOnce(&mut fs::File) -> io::Result<()>,
-) -> Result<(), Failure> {
-    let folder = parent(path);
-    let cannot = |error: io::Error| {
-        Failure::job(format!("cannot write {}: {error}", path.display()))
-            .help("choose another output path, or make this one writable")
-    };
-    fs::create_dir_all(folder).map_err(cannot)?;
+impl<'a> NewFile<'a> {
+    /// A file that `write` fills.
+    pub fn new(
+        path: impl Into<PathBuf>,
+        write: impl Fn(&mut fs::File) -> io::Result<()> + 'a,
+    ) -> Self {
+        Self { path: path.into(), write: Box::new(write) }
+    }
+
+    /// A file of these bytes.
+    pub fn of_bytes(path: impl Into<PathBuf>, bytes: impl AsRef<[u8]> + 'a) -> Self {
+        Self::new(path, move |file| file.write_all(bytes.as_ref()))
+    }
+}
+
+impl Writing {
+    /// Refuses a set of output paths, before any work, where one of them is in the way: a folder,
+    /// something that is not a regular file, one of `inputs`, two files of one name, or a file that
+    /// sgdbake did not write (unless `--force`).
+    ///
+    /// # Errors
+    ///
+    /// The first such path.
+    pub fn check<'p>(
+        &self,
+        paths: impl IntoIterator<Item = &'p Path>,
+        inputs: &[&Path],
+    ) -> Result<(), Failure> {
+        let mut taken = HashSet::new();
+        for path in paths {
+            if !taken.insert(path) {
+                return Err(Failure::usage(format!("two files would be named {}", path.display()))
+                    .help("give the materials different names"));
+            }
+            if inputs.iter().any(|input| same_file(input, path)) {
+                return Err(Failure::usage(format!(
+                    "{} is an input of this command and would be overwritten",
+                    path.display()
+                ))
+                .help("choose another output path"));
+            }
+            self.check_existing(path)?;
+        }
+        Ok(())
+    }
+
+    fn check_existing(&self, path: &Path) -> Result<(), Failure> {
+        let Ok(existing) = fs::metadata(path) else { return Ok(()) };
+        if existing.is_dir() {
+            return Err(Failure::job(format!("{} is a folder", path.display()))
+                .help("name a file to write"));
+        }
+        if !existing.is_file() {
+            return Err(Failure::job(format!("{} is not a regular file", path.display()))
+                .help("name a regular file to write"));
+        }
+        if self.force || is_ours(path) {
+            return Ok(());
+        }
+        Err(Failure::job(format!("{} exists and was not written by sgdbake", path.display()))
+            .help("choose another output path, or overwrite it with --force"))
+    }
+
+    /// Writes a set of files whole or not at all: each under a temporary name in its folder, and
+    /// when all are complete each under its own, in the order given. Until then nobody else writes
+    /// into the folders. With `--dry-run` it writes nothing.
+    ///
+    /// # Errors
+    ///
+    /// As [`Writing::check`]; a folder or file that cannot be written.
+    pub fn write_all(&self, files: &[NewFile<'_>], inputs: &[&Path]) -> Result<(), Failure> {
+        let paths = || files.iter().map(|file| file.path.as_path());
+        self.check(paths(), inputs)?;
+        if self.dry_run {
+            return Ok(());
+        }
+        let folders: BTreeSet<&Path> = paths().map(parent).collect();
+        let _locks: Vec<Option<fs::File>> =
+            folders.into_iter().map(prepared).collect::<Result<_, _>>()?;
+        let complete: Vec<NamedTempFile> = files.iter().map(complete).collect::<Result<_, _>>()?;
+        for (file, complete) in files.iter().zip(complete) {
+            complete.persist(&file.path).map_err(|error| cannot_write(&file.path, &error.error))?;
+        }
+        Ok(())
+    }
+}
+
+/// The file under a temporary name, complete.
+fn complete(file: &NewFile<'_>) -> Result<NamedTempFile, Failure> {
+    let mut temporary =
+        temporary_in(parent(&file.path)).map_err(|error| cannot_write(&file.path, &error))?;
+    (file.write)(temporary.as_file_mut()).map_err(|error| cannot_write(&file.path, &error))?;
+    Ok(temporary)
+}
+
+/// Makes a folder, locks it and clears it of what killed runs left. Where a folder cannot be
+/// locked, as on Windows, two runs may write into it at a time.
+fn prepared(folder: &Path) -> Result<Option<fs::File>, Failure> {
+    fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
+    let lock = fs::File::open(folder).ok().filter(|folder| folder.lock().is_ok());
     remove_leftovers(folder);
-    let mut file = temporary_in(folder).map_err(cannot)?;
-    write(file.as_file_mut()).map_err(cannot)?;
-    file.persist(path).map_err(|error| cannot(error.error))?;
-    Ok(())
+    Ok(lock)
+}
+
+fn cannot_write(path: &Path, error: &io::Error) -> Failure {
+    Failure::job(format!("cannot write {}: {error}", path.display()))
+        .help("choose another output path, or make this one writable")
+}
+
+/// Whether two paths name one existing file.
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// What the name of a file starts with until it is complete.
@@ -149,34 +249,6 @@ fn remove_leftovers(folder: &Path) {
             let _ = fs::remove_file(entry.path());
         }
     }
-}
-
-/// Refuses to replace a file that this tool did not write, unless `force`.
-///
-/// # Errors
-///
-/// Such a file stands at `path`.
-pub fn refuse_foreign(path: &Path, force: bool) -> Result<(), Failure> {
-    if path.is_dir() {
-        return Err(
-            Failure::job(format!("{} is a folder", path.display())).help("name a file to write")
-        );
-    }
-    if force || !path.exists() || written_by_sgdbake(path) {
-        return Ok(());
-    }
-    Err(Failure::job(format!("{} exists and was not written by sgdbake", path.display()))
-        .help("choose another output path, or overwrite it with --force"))
-}
-
-/// Marks that every kind of file the tool writes carries: a generator or schema, or the glTF
-/// extension.
-const MARKS: [&[u8]; 3] = [b"sgdbake/", b"sgdbake ", b"SGD_materials_shifted_gamma"];
-
-/// Whether this tool wrote the file at `path`.
-pub fn written_by_sgdbake(path: &Path) -> bool {
-    fs::read(path)
-        .is_ok_and(|bytes| MARKS.iter().any(|mark| memchr::memmem::find(&bytes, mark).is_some()))
 }
 
 fn parent(path: &Path) -> &Path {

@@ -2,18 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::failure::Failure;
-use crate::cli::output::{Output, refuse_foreign, write_file};
-use crate::cli::selection;
-use crate::lut::BakeError;
-use crate::material::Material;
-use crate::preview::environment::EnvironmentError;
-use crate::preview::render::{Quality, Render, drawn_from, render};
-use crate::preview::shape::Mesh;
-use crate::preview::{Environment, Film, Model, Shape};
-use crate::scene::Scene;
+use clap::ValueEnum;
 
-/// Renders materials on a ball or a mesh, under the built-in lights or an environment image.
+use crate::cli::failure::Failure;
+use crate::cli::input::check_regular;
+use crate::cli::measured;
+use crate::cli::output::{NewFile, Output, Writing};
+use crate::cli::selection::Subjects;
+use sgdbake::brdf::{Reflectance, Sampler};
+use sgdbake::lut::BakeError;
+use sgdbake::measurement::{Filled, Measurement};
+use sgdbake::preview::environment::EnvironmentError;
+use sgdbake::preview::render::{Quality, Render, drawn_from, drawn_like, render};
+use sgdbake::preview::shape::Mesh;
+use sgdbake::preview::{Environment, Film, Model, Shape};
+use sgdbake::scene::Scene;
+
+/// Renders materials or measurements on a ball or a mesh, under the built-in lights or an environment image.
 ///
 /// Several materials stand side by side. The picture is converged by importance sampling of both
 /// the lights and the surface; the remaining noise is stated. A PNG is tone-mapped, an EXR linear.
@@ -22,36 +27,62 @@ use crate::scene::Scene;
     after_help = "Example:\n  sgdbake preview --material gold-paint --environment studio.hdr -o gold.png"
 )]
 pub struct Arguments {
-    /// A catalogue name or the path of a material file; may be given more than once
-    #[arg(long, value_name = "MATERIAL", required = true)]
-    material: Vec<String>,
+    #[command(flatten)]
+    subjects: Subjects,
     /// The picture to write, .png or .exr
     #[arg(short, long, value_name = "IMAGE")]
     output: PathBuf,
     /// The model to show
     #[arg(long, value_enum, default_value_t)]
-    model: Model,
+    model: ModelChoice,
     /// An equirectangular .hdr or .exr image in place of the built-in lights
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
     /// A .obj, .gltf or .glb in place of the ball
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
-    /// Width and height of each picture in pixels
+    /// Width and height of each picture in pixels, 1 to 8192
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u16).range(1..=8192))]
     size: u16,
-    /// Directions to the light per pixel
+    /// Directions to the light per pixel, 1 to 1048576
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     samples: u32,
     /// Start of the random numbers: the same seed gives the same bytes
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Say what would be written, and write nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Overwrite a file that sgdbake did not write
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    writing: Writing,
+}
+
+/// A model by its name on the command line.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub enum ModelChoice {
+    /// The measured material
+    #[default]
+    Sgd,
+    /// The best single Beckmann lobe
+    Beckmann,
+    /// The best single GGX lobe
+    Ggx,
+    /// Five Beckmann distributions with widths shared by the lobes
+    Mixture,
+    /// The best glTF material
+    Gltf,
+    /// Lookup textures of 256 texels in half floats
+    Lut,
+}
+
+impl From<ModelChoice> for Model {
+    fn from(choice: ModelChoice) -> Self {
+        match choice {
+            ModelChoice::Sgd => Self::Sgd,
+            ModelChoice::Beckmann => Self::Beckmann,
+            ModelChoice::Ggx => Self::Ggx,
+            ModelChoice::Mixture => Self::Mixture,
+            ModelChoice::Gltf => Self::Gltf,
+            ModelChoice::Lut => Self::Lut,
+        }
+    }
 }
 
 /// The image formats, by the file's ending.
@@ -66,8 +97,10 @@ impl ImageFormat {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("png") => Ok(Self::Png),
             Some("exr") => Ok(Self::Exr),
-            _ => Err(Failure::usage(format!("{} is no picture's name", path.display()))
-                .help("accepted endings are .png (tone-mapped) and .exr (linear)")),
+            _ => {
+                Err(Failure::usage(format!("{} has no file extension of an image", path.display()))
+                    .help("use .png (tone-mapped) or .exr (linear)"))
+            }
         }
     }
 }
@@ -75,30 +108,36 @@ impl ImageFormat {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let format = ImageFormat::of(&arguments.output)?;
-    let materials: Vec<Material> = arguments
-        .material
-        .iter()
-        .map(|name| selection::material(name))
-        .collect::<Result<_, _>>()?;
-    refuse_foreign(&arguments.output, arguments.force)?;
+    let materials = arguments.subjects.materials()?;
+    let measured = arguments.subjects.measured.iter();
+    let measurements: Vec<Measurement> =
+        measured.map(|path| measured::read(path)).collect::<Result<_, _>>()?;
+    let inputs = arguments.inputs();
+    arguments.writing.check([arguments.output.as_path()], &inputs)?;
     let shape = shape(arguments.mesh.as_deref(), output)?;
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
-    if arguments.dry_run {
-        return output.line(arguments.output.display());
+    if arguments.writing.dry_run {
+        return output.written(&arguments.output, arguments.writing);
     }
-    let bar = output.progress(u64::from(arguments.size) * materials.len() as u64, "rows");
-    let pictures: Vec<Render> = materials
-        .iter()
-        .map(|material| {
-            let reflectance = arguments.model.reflectance(material)?;
-            let surface = drawn_from(material);
-            let models = [reflectance.as_ref()];
-            let [picture] =
-                render(&shape, &environment, &surface, models, arguments.quality(), &|| bar.inc(1));
-            Ok(picture)
-        })
-        .collect::<Result<_, BakeError>>()?;
+    let count = materials.len() + measurements.len();
+    let bar = output.progress(u64::from(arguments.size) * count as u64, "rows");
+    let picture = |surface: &Sampler, shown: &dyn Reflectance| {
+        let quality = arguments.quality();
+        let [picture] = render(&shape, &environment, surface, [shown], quality, &|| bar.inc(1));
+        picture
+    };
+    let of_material = |material| {
+        let reflectance = Model::from(arguments.model).reflectance(material)?;
+        Ok(picture(&drawn_from(material), reflectance.as_ref()))
+    };
+    let of_measurement = |measurement| {
+        let filled = Filled(measurement);
+        picture(&drawn_like(&filled), &filled)
+    };
+    let mut pictures: Vec<Render> =
+        materials.iter().map(of_material).collect::<Result<_, BakeError>>()?;
+    pictures.extend(measurements.iter().map(|measurement| of_measurement(measurement)));
     bar.finish_and_clear();
     let noise = pictures.iter().map(|picture| picture.noise).fold(0.0, f64::max);
     let films: Vec<Film> = pictures.into_iter().map(|picture| picture.film).collect();
@@ -107,19 +146,27 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         ImageFormat::Png => film.to_png(),
         ImageFormat::Exr => film.to_exr(),
     };
-    write_file(&arguments.output, &bytes.map_err(Failure::job)?, arguments.force)?;
-    output.line(arguments.output.display())?;
+    let file = NewFile::of_bytes(&arguments.output, bytes.map_err(Failure::job)?);
+    arguments.writing.write_all(&[file], &inputs)?;
+    output.written(&arguments.output, arguments.writing)?;
     output.note(format!("noise of a pixel: at most {:.2} % of the mean luminance", 100.0 * noise));
     Ok(())
 }
 
 impl Arguments {
+    /// The files that the command reads.
+    fn inputs(&self) -> Vec<&Path> {
+        let materials = self.subjects.inputs();
+        materials.chain(self.environment.as_deref()).chain(self.mesh.as_deref()).collect()
+    }
+
     fn quality(&self) -> Quality {
         Quality { size: self.size.into(), samples: self.samples as usize, seed: self.seed }
     }
 }
 
 pub(super) fn environment(path: &Path) -> Result<Environment, Failure> {
+    check_regular(path)?;
     Environment::load(path).map_err(|error| match error {
         EnvironmentError::Dark => Failure::job(format!("{}: {error}", path.display())),
         EnvironmentError::Unreadable { .. } => Failure::job(error).help(

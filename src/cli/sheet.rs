@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
+use crate::cli::file_names::file_names;
+use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::preview::environment;
 use crate::cli::selection::Materials;
-use crate::preview::Environment;
-use crate::report::sheet::{Page, page};
-use crate::report::sheet_page::index;
+use sgdbake::material::Material;
+use sgdbake::preview::Environment;
+use sgdbake::report::sheet::{Page, page};
+use sgdbake::report::sheet_page::index;
 
 /// Writes the sheet of each material: parameters, pictures of the material and of its best fits
 /// with the differences, lobes, distribution, Fresnel, masking, albedo and audit.
@@ -34,37 +36,45 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = arguments.materials.load()?;
-    let names = materials.iter().map(|material| material.name.as_str()).chain(["index"]);
-    let paths: Vec<PathBuf> =
-        names.map(|name| path(&arguments.output, name)).collect::<Result<_, _>>()?;
-    paths.iter().try_for_each(|path| refuse_foreign(path, arguments.writing.force))?;
-    if arguments.writing.dry_run {
-        return paths.iter().try_for_each(|path| output.line(path.display()));
+    let names = materials.iter().map(|material| material.name.as_str());
+    let files = file_names(names, ["", ".html"], &[INDEX]);
+    let path = |file: &str| arguments.output.join(file);
+    let paths: Vec<PathBuf> = files.iter().map(|file| path(file)).chain([path(INDEX)]).collect();
+    let inputs: Vec<&Path> =
+        arguments.materials.inputs().chain(arguments.environment.as_deref()).collect();
+    arguments.writing.check(paths.iter().map(PathBuf::as_path), &inputs)?;
+    if !arguments.writing.dry_run {
+        write(arguments, &materials, &files, output)?;
     }
+    paths.iter().try_for_each(|path| output.written(path, arguments.writing))
+}
+
+/// The page that links to the others.
+const INDEX: &str = "index.html";
+
+/// Writes each page as soon as it is finished, so that a run that is interrupted keeps it; the
+/// index comes last.
+fn write(
+    arguments: &Arguments,
+    materials: &[Material],
+    files: &[String],
+    output: &Output,
+) -> Result<(), Failure> {
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
     let bar = output.progress(materials.len() as u64, "sheets");
-    let pages: Vec<Page> = materials
-        .par_iter()
-        .map(|material| page(material, &environment))
-        .inspect(|_| bar.inc(1))
-        .collect::<Result<_, _>>()
-        .map_err(Failure::job)?;
+    let write = |file: &str, html: &str| {
+        let file = NewFile::of_bytes(arguments.output.join(file), html);
+        arguments.writing.write_all(&[file], &[])
+    };
+    let finished = |(material, file): (&Material, &String)| {
+        let page = page(material, &environment).map_err(Failure::job)?;
+        write(file, &page.html)?;
+        bar.inc(1);
+        Ok(page)
+    };
+    let pages: Vec<Page> =
+        materials.par_iter().zip(files).map(finished).collect::<Result<_, Failure>>()?;
     bar.finish_and_clear();
-    let index = index(&pages);
-    let texts = pages.iter().map(|page| &page.html).chain([&index]);
-    for (path, text) in paths.iter().zip(texts) {
-        write_file(path, text.as_bytes(), arguments.writing.force)?;
-        output.line(path.display())?;
-    }
-    Ok(())
-}
-
-/// Where a material's page goes; a name that is a path of its own goes nowhere.
-fn path(folder: &Path, name: &str) -> Result<PathBuf, Failure> {
-    if name.is_empty() || name.contains(['/', '\\', '\0']) || name.starts_with('.') {
-        return Err(Failure::usage(format!("'{name}' cannot be the name of a page"))
-            .help("give the material file a name without slashes"));
-    }
-    Ok(folder.join(format!("{name}.html")))
+    write(INDEX, &index(files.iter().map(String::as_str).zip(&pages)))
 }

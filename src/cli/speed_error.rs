@@ -1,16 +1,17 @@
 //! `sgdbake speed-error`: every way to evaluate a material, timed and measured in one run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
-use crate::cli::output::{Output, Writing, refuse_foreign, write_file};
+use crate::cli::file_names::file_names;
+use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection::Materials;
-use crate::report::front::RULE;
-use crate::report::machine::Machine;
-use crate::report::speed_error::{Effort, SpeedError, speed_error};
-use crate::report::speed_error_page::{markdown, picture};
+use sgdbake::report::front::RULE;
+use sgdbake::report::machine::Machine;
+use sgdbake::report::speed_error::{Effort, SpeedError, speed_error};
+use sgdbake::report::speed_error_page::{markdown, picture};
 
 /// Measures nanoseconds per RGB evaluation, bytes, preparation and error of every method: the
 /// formula, batches per instruction set, lookup tables and best fits; and marks the Pareto front.
@@ -46,15 +47,14 @@ struct Report {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = arguments.materials.load()?;
-    let names = materials.iter().map(|material| picture_name(&material.name));
-    let names: Vec<String> = ["speed-error.json".to_owned(), "speed-error.md".to_owned()]
-        .into_iter()
-        .chain(names)
-        .collect();
-    let paths: Vec<PathBuf> = names.iter().map(|name| arguments.output.join(name)).collect();
-    paths.iter().try_for_each(|path| refuse_foreign(path, arguments.writing.force))?;
+    let names = materials.iter().map(|material| material.name.as_str());
+    let pictures = file_names(names, ["speed-error-", ".svg"], &[]);
+    let files = [JSON, PAGE].into_iter().chain(pictures.iter().map(String::as_str));
+    let paths: Vec<PathBuf> = files.map(|file| arguments.output.join(file)).collect();
+    let inputs: Vec<&Path> = arguments.materials.inputs().collect();
+    arguments.writing.check(paths.iter().map(PathBuf::as_path), &inputs)?;
     if arguments.writing.dry_run {
-        return paths.iter().try_for_each(|path| output.line(path.display()));
+        return paths.iter().try_for_each(|path| output.written(path, arguments.writing));
     }
     let machine = Machine::this();
     if machine.assertions {
@@ -69,23 +69,22 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         .collect::<Result<_, _>>()
         .map_err(Failure::job)?;
     bar.finish_and_clear();
-    let page = markdown(&reports, &machine, picture_name);
+    let page = markdown(&reports, &machine, &pictures);
     let pictures: Vec<String> = reports.iter().map(picture).collect();
     let schema = "sgdbake/speed-error/1";
     let report = Report { schema, machine, front_rule: RULE, materials: reports };
     let json = serde_json::to_string_pretty(&report).map_err(Failure::job)?;
     let texts = [json + "\n", page].into_iter().chain(pictures);
-    for (path, text) in paths.iter().zip(texts) {
-        write_file(path, text.as_bytes(), arguments.writing.force)?;
-        if !arguments.json {
-            output.line(path.display())?;
-        }
+    let new: Vec<NewFile<'_>> =
+        paths.iter().zip(texts).map(|(path, text)| NewFile::of_bytes(path, text)).collect();
+    arguments.writing.write_all(&new, &inputs)?;
+    if arguments.json {
+        return output.json(&report);
     }
-    if arguments.json { output.json(&report) } else { Ok(()) }
+    paths.iter().try_for_each(|path| output.written(path, arguments.writing))
 }
 
-/// The file of a material's picture; letters, digits, dots, - and _ of its name remain.
-fn picture_name(material: &str) -> String {
-    let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    format!("speed-error-{}.svg", material.chars().map(plain).collect::<String>())
-}
+/// The report for programs.
+const JSON: &str = "speed-error.json";
+/// The report for people.
+const PAGE: &str = "speed-error.md";

@@ -1,8 +1,8 @@
 //! OpenEXR: flat, single part, scanline, increasing y, uncompressed, channels R G B.
 //!
 //! Row 0 of the table is the first scanline; of a 3D table texel (i, j, k) is column i of scanline
-//! k·size\[1\] + j. The header carries the table's manifest entry as the
-//! text attribute `sgdbake`, so that the file alone says how to decode it.
+//! k·size\[1\] + j. The text attribute `sgdbake` holds the table's entry, so that the file alone says
+//! how to decode it.
 
 use std::io::Cursor;
 
@@ -10,25 +10,23 @@ use exr::block::reader::Reader;
 use exr::image::IntoSample;
 use exr::prelude::*;
 
-use crate::encode::manifest::{Format, Location, TextureEntry};
+use crate::encode::entry::TextureEntry;
+use crate::encode::format::Format;
 use crate::encode::{GENERATOR, KEY};
 use crate::lut::{Table, Texels};
 
-/// The mime type of an OpenEXR file.
-pub const MIME_TYPE: &str = "image/x-exr";
-
-/// The table as an OpenEXR file; `name` is the file's own name in its metadata.
+/// Encodes a table as OpenEXR; `None` for 16-bit integer texels.
 ///
 /// # Panics
 ///
 /// Never: the channels have as many samples as the image, and memory takes every write.
 #[must_use]
-pub fn encode(table: &Table, name: &str) -> Vec<u8> {
+pub fn encode(table: &Table) -> Option<Vec<u8>> {
     let mut attributes = LayerAttributes::named("");
     attributes.layer_name = None;
     attributes.software_name = Some(GENERATOR.into());
-    let entry = TextureEntry::new(table, Format::Exr, Location::File { file: name.to_owned() });
-    let entry = Text::from(entry.to_json().as_str());
+    let entry = TextureEntry::of_file(table, Format::Exr).to_json();
+    let entry = Text::from(entry.as_str());
     attributes.other.insert(KEY.into(), AttributeValue::Text(entry));
     let encoding = Encoding {
         compression: Compression::Uncompressed,
@@ -38,8 +36,13 @@ pub fn encode(table: &Table, name: &str) -> Vec<u8> {
     // The slices of a 3D table follow one another down the picture.
     let size = Vec2(table.size[0], table.size[1..].iter().product());
     match &table.texels {
-        Texels::Half(texels) => written(size, attributes, encoding, |i| texels[i], table.bytes()),
-        texels => written(size, attributes, encoding, |i| texels.get(i), table.bytes()),
+        Texels::Half(texels) => {
+            Some(written(size, attributes, encoding, |i| texels[i], table.bytes()))
+        }
+        Texels::Float(texels) => {
+            Some(written(size, attributes, encoding, |i| texels[i], table.bytes()))
+        }
+        Texels::Unorm16 { .. } => None,
     }
 }
 
@@ -69,7 +72,7 @@ fn written<S: IntoSample>(
     bytes.into_inner()
 }
 
-/// The manifest entry of an OpenEXR file; `None` if it carries none.
+/// The entry of an OpenEXR file; `None` if it carries none.
 ///
 /// # Errors
 ///

@@ -1,34 +1,31 @@
 //! KTX 2: one level, uncompressed, `R16G16B16A16_SFLOAT` or `R32G32B32A32_SFLOAT`, 2D or 3D.
 //!
-//! The key `sgdbake` holds the table's manifest entry. Alpha is 1. No crate writes the container,
+//! The key `sgdbake` holds the table's entry. Alpha is 1. No crate writes the container,
 //! so its layout stands here (Khronos, KTX File Format Specification 2.0).
 
 use half::f16;
 use ktx2::{Header, KeyValueDataIterator, LevelIndex, ParseError};
 
-use crate::encode::manifest::{Format, Location, TextureEntry};
+use crate::encode::entry::TextureEntry;
+use crate::encode::format::Format;
 use crate::encode::{GENERATOR, KEY};
 use crate::lut::{Depth, Table, Texels};
-
-/// The mime type of a KTX 2 file.
-pub const MIME_TYPE: &str = "image/ktx2";
 
 /// Identifier, header, index and one level index entry.
 const HEAD_BYTES: usize = 12 + 9 * 4 + 4 * 4 + 2 * 8 + 3 * 8;
 const R16G16B16A16_SFLOAT: u32 = 97;
 const R32G32B32A32_SFLOAT: u32 = 109;
 
-/// The table as a KTX 2 file; `None` for 16-bit integer texels, which the formats here do not
-/// hold.
+/// Encodes a table as KTX 2; `None` for 16-bit integer texels, which the formats here do not hold.
 #[must_use]
-pub fn encode(table: &Table, name: &str) -> Option<Vec<u8>> {
+pub fn encode(table: &Table) -> Option<Vec<u8>> {
     let (format, channel_bytes) = match table.texels.depth() {
         Depth::Half => (R16G16B16A16_SFLOAT, 2),
         Depth::Float => (R32G32B32A32_SFLOAT, 4),
         Depth::Unorm16 => return None,
     };
     let descriptor = data_format_descriptor(channel_bytes);
-    let key_values = key_values(table, name);
+    let key_values = key_values(table);
     let level_bytes = table.texels.len() * 4 * channel_bytes as usize;
     let key_values_at = HEAD_BYTES + descriptor.len();
     let level_at = (key_values_at + key_values.len()).next_multiple_of(4 * channel_bytes as usize);
@@ -52,7 +49,7 @@ pub fn encode(table: &Table, name: &str) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// The manifest entry of a KTX 2 file; `None` if it carries none.
+/// The entry of a KTX 2 file; `None` if it carries none.
 ///
 /// # Errors
 ///
@@ -101,8 +98,8 @@ fn data_format_descriptor(channel_bytes: u32) -> Vec<u8> {
 }
 
 /// Key and value pairs, sorted by key, each padded to four bytes.
-fn key_values(table: &Table, name: &str) -> Vec<u8> {
-    let entry = TextureEntry::new(table, Format::Ktx2, Location::File { file: name.to_owned() });
+fn key_values(table: &Table) -> Vec<u8> {
+    let entry = TextureEntry::of_file(table, Format::Ktx2);
     let mut bytes = Vec::new();
     for (key, value) in [("KTXwriter", GENERATOR), (KEY, &entry.to_json())] {
         bytes.extend(((key.len() + value.len() + 2) as u32).to_le_bytes());
@@ -152,7 +149,7 @@ mod tests {
                 depths: Depths::Only(depth),
             };
             let baked = bake(&[material], &request).expect("a plain bake");
-            let bytes = encode(&baked.tables[0], "masking.ktx2").expect("a float depth");
+            let bytes = encode(&baked.tables[0]).expect("a float depth");
             let reader = ktx2::Reader::new(&bytes[..]).expect("valid");
             assert_eq!((reader.header().pixel_width, reader.header().pixel_height), (33, 1));
             // The format ends a text value with NUL, which this parser leaves on.

@@ -1,15 +1,22 @@
-//! Tables as bytes: image files and the manifest that tells how to decode them. Nothing here
+//! Tables as bytes: image files, each with the entry that tells how to decode it. Nothing here
 //! knows what a texel means beyond what the table says.
 
-pub mod entry;
-pub mod exr;
-pub mod ktx2;
-pub mod manifest;
-pub mod png;
+mod entry;
+mod exr;
+mod file;
+mod format;
+mod generator;
+mod ktx2;
+mod png;
 pub mod shader;
 
-/// What writes the files, and the mark by which the tool knows its own.
+pub use entry::{Interpolation, Location, TextureEntry};
+pub use file::{EntryError, UnsupportedDepth, encode, read_entry};
+pub use format::{Format, UnknownFormat};
+pub use generator::generator_of;
+
+/// The program and its version, as every written file names it.
 pub const GENERATOR: &str = concat!("sgdbake ", env!("CARGO_PKG_VERSION"));
 
-/// The key under which a texture file carries its manifest entry.
+/// The key under which a texture file carries its entry.
 pub const KEY: &str = "sgdbake";

@@ -1,6 +1,6 @@
 //! 16-bit RGB PNG of the tables whose texels fit a range: code/65535 runs from the entry's
 //! `range[0]` to `range[1]`. No gamma; row 0 is the first scanline. The text chunk `sgdbake` holds
-//! the table's manifest entry.
+//! the table's entry.
 
 use std::io::Cursor;
 
@@ -8,23 +8,24 @@ use png::{
     BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, EncodingError, Limits,
 };
 
-use crate::encode::manifest::{Format, Location, TextureEntry};
+use crate::encode::entry::TextureEntry;
+use crate::encode::format::Format;
 use crate::encode::{GENERATOR, KEY};
 use crate::lut::{Table, Texels};
 
-/// The table as a PNG; `None` if its texels are floating point.
+/// Encodes a table as PNG; `None` for floating-point texels.
 ///
 /// # Panics
 ///
 /// Never: the image has as many codes as its size says, and memory takes every write.
 #[must_use]
-pub fn encode(table: &Table, name: &str) -> Option<Vec<u8>> {
+pub fn encode(table: &Table) -> Option<Vec<u8>> {
     let Texels::Unorm16 { codes, .. } = &table.texels else { return None };
     let codes: Vec<u8> = codes.iter().flatten().flat_map(|code| code.to_be_bytes()).collect();
-    Some(write(table, name, &codes).expect("a complete image written to memory"))
+    Some(write(table, &codes).expect("a complete image written to memory"))
 }
 
-/// The manifest entry of a PNG; `None` if it carries none.
+/// The entry of a PNG; `None` if it carries none.
 ///
 /// # Errors
 ///
@@ -42,8 +43,8 @@ pub fn entry(bytes: &[u8]) -> Result<Option<String>, DecodingError> {
     text.get_text().map(Some)
 }
 
-fn write(table: &Table, name: &str, codes: &[u8]) -> Result<Vec<u8>, EncodingError> {
-    let entry = TextureEntry::new(table, Format::Png, Location::File { file: name.to_owned() });
+fn write(table: &Table, codes: &[u8]) -> Result<Vec<u8>, EncodingError> {
+    let entry = TextureEntry::of_file(table, Format::Png);
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, table.size[0] as u32, table.size[1] as u32);
     encoder.set_color(ColorType::Rgb);

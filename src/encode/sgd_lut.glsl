@@ -1,13 +1,15 @@
-// Written by sgdbake (its shader version 1): evaluates a baked SGD material. Directions are unit vectors in the
+// Written by sgdbake (its shader version 2): evaluates a baked SGD material. Directions are unit vectors in the
 // shading frame (normal +z). Texels are fetched and mixed in f32; a filtering sampler keeps the promised
-// error too. Fill SgdRow from manifest.json: scales, maxima and factors of the material's row.
+// error too. Fill SgdRow from manifest.json. A material has up to three lobes; leave rho_s and ndf_peak of the
+// others 0, and give them any of its Fresnel rows.
 
 struct SgdRow {
-    vec3 rho_d;
+    vec3 rho_d;             // diffuse
     float ndf_scale;        // axes[0].warp.scale[row] of `ndf`
-    vec3 rho_s;
+    vec3 ndf_peak;          // one per lobe
     float ndf_max;          // axes[0].warp.max[row] of `ndf`
-    vec3 ndf_peak;
+    mat3 rho_s;             // one column per lobe, RGB
+    ivec3 fresnel_rows;     // one per lobe
     float masking_scale;    // axes[0].warp.scale[row] of `masking`
     int row;
 };
@@ -29,18 +31,27 @@ float sgd_ln_1p(float x) {
     return x < 1e-3 ? x * (1.0 - x * (0.5 - x * (1.0 / 3.0))) : log(1.0 + x);
 }
 
-// D(h) for tan^2(theta_h) = x.
+// D(h) of each lobe for tan^2(theta_h) = x.
 vec3 sgd_ndf(sampler2D lut, SgdRow m, float x) {
     if (x >= m.ndf_max) return vec3(0.0);
     float u = sgd_ln_1p(x / m.ndf_scale) / sgd_ln_1p(m.ndf_max / m.ndf_scale);
     return m.ndf_peak * exp(max(sgd_fetch(lut, m.row, u), vec3(-80.0))) * (1.0 + x) * (1.0 + x);
 }
 
-// G1(w)/cos(theta): finite down to the horizon.
+// G1(w)/cos(theta) of each lobe: finite down to the horizon.
 vec3 sgd_visibility(sampler2D lut, SgdRow m, vec3 w) {
     // u = cot/(cot + s) = cos/(cos + s sin), so u/cos = 1/(cos + s sin).
     float inv = 1.0 / (w.z + m.masking_scale * length(w.xy));
     return exp(sgd_fetch(lut, m.row, w.z * inv)) * inv;
+}
+
+// rho_s F/pi: a column per lobe, RGB. Lobes that share a row share the lookup.
+mat3 sgd_color(sampler2D lut, SgdRow m, float cos_d) {
+    ivec3 rows = m.fresnel_rows;
+    vec3 a = sgd_fetch(lut, rows.x, cos_d);
+    vec3 b = rows.y == rows.x ? a : sgd_fetch(lut, rows.y, cos_d);
+    vec3 c = rows.z == rows.x ? a : sgd_fetch(lut, rows.z, cos_d);
+    return SGD_INV_PI * mat3(m.rho_s[0] * a, m.rho_s[1] * b, m.rho_s[2] * c);
 }
 
 // f(wi, wo) [1/sr].
@@ -49,16 +60,15 @@ vec3 sgd_brdf(sampler2D ndf, sampler2D masking, sampler2D fresnel, SgdRow m, vec
     vec3 h = wi + wo;
     vec2 slope = h.xy / h.z;
     vec3 d = sgd_ndf(ndf, m, dot(slope, slope));
-    vec3 f = sgd_fetch(fresnel, m.row, 0.5 * length(h));
     vec3 v = sgd_visibility(masking, m, wi) * sgd_visibility(masking, m, wo);
-    return SGD_INV_PI * (m.rho_d + m.rho_s * f * d * v);
+    return SGD_INV_PI * m.rho_d + sgd_color(fresnel, m, 0.5 * length(h)) * (d * v);
 }
 
 // f(wi, wo) [1/sr] from the 3D texture alone: SgdVolume holds the constants of its three axes.
 struct SgdVolume {
     vec3 rho_d;
     float half_scale;       // axes[0].warp.scale[0]
-    vec3 rho_s;
+    vec3 rho_s;             // the sum over the lobes
     float half_max;         // axes[0].warp.max[0]
     vec3 factor;            // encoding.factor
     float difference_scale; // axes[1].warp.scale[0]

@@ -1,13 +1,15 @@
-// Written by sgdbake (its shader version 1): evaluates a baked SGD material. Directions are unit vectors in the
+// Written by sgdbake (its shader version 2): evaluates a baked SGD material. Directions are unit vectors in the
 // shading frame (normal +z). Texels are fetched and mixed in f32; a filtering sampler keeps the promised
-// error too. Fill SgdRow from manifest.json: scales, maxima and factors of the material's row.
+// error too. Fill SgdRow from manifest.json. A material has up to three lobes; leave rho_s and ndf_peak of the
+// others 0, and give them any of its Fresnel rows.
 
 struct SgdRow {
-    rho_d: vec3f,
+    rho_d: vec3f,           // diffuse
     ndf_scale: f32,         // axes[0].warp.scale[row] of `ndf`
-    rho_s: vec3f,
+    ndf_peak: vec3f,        // one per lobe
     ndf_max: f32,           // axes[0].warp.max[row] of `ndf`
-    ndf_peak: vec3f,
+    rho_s: mat3x3f,         // one column per lobe, RGB
+    fresnel_rows: vec3u,    // one per lobe
     masking_scale: f32,     // axes[0].warp.scale[row] of `masking`
     row: u32,
 }
@@ -30,18 +32,29 @@ fn sgd_ln_1p(x: f32) -> f32 {
     return log(1.0 + x);
 }
 
-// D(h) for tan^2(theta_h) = x.
+// D(h) of each lobe for tan^2(theta_h) = x.
 fn sgd_ndf(lut: texture_2d<f32>, m: SgdRow, x: f32) -> vec3f {
     if (x >= m.ndf_max) { return vec3f(0.0); }
     let u = sgd_ln_1p(x / m.ndf_scale) / sgd_ln_1p(m.ndf_max / m.ndf_scale);
     return m.ndf_peak * exp(max(sgd_fetch(lut, m.row, u), vec3f(-80.0))) * (1.0 + x) * (1.0 + x);
 }
 
-// G1(w)/cos(theta): finite down to the horizon.
+// G1(w)/cos(theta) of each lobe: finite down to the horizon.
 fn sgd_visibility(lut: texture_2d<f32>, m: SgdRow, w: vec3f) -> vec3f {
     // u = cot/(cot + s) = cos/(cos + s sin), so u/cos = 1/(cos + s sin).
     let inv = 1.0 / (w.z + m.masking_scale * length(w.xy));
     return exp(sgd_fetch(lut, m.row, w.z * inv)) * inv;
+}
+
+// rho_s F/pi: a column per lobe, RGB. Lobes that share a row share the lookup.
+fn sgd_color(lut: texture_2d<f32>, m: SgdRow, cos_d: f32) -> mat3x3f {
+    let rows = m.fresnel_rows;
+    let a = sgd_fetch(lut, rows.x, cos_d);
+    var b = a;
+    if (rows.y != rows.x) { b = sgd_fetch(lut, rows.y, cos_d); }
+    var c = a;
+    if (rows.z != rows.x) { c = sgd_fetch(lut, rows.z, cos_d); }
+    return SGD_INV_PI * mat3x3f(m.rho_s[0] * a, m.rho_s[1] * b, m.rho_s[2] * c);
 }
 
 // f(wi, wo) [1/sr].
@@ -51,16 +64,15 @@ fn sgd_brdf(ndf: texture_2d<f32>, masking: texture_2d<f32>, fresnel: texture_2d<
     let h = wi + wo;
     let slope = h.xy / h.z;
     let d = sgd_ndf(ndf, m, dot(slope, slope));
-    let f = sgd_fetch(fresnel, m.row, 0.5 * length(h));
     let v = sgd_visibility(masking, m, wi) * sgd_visibility(masking, m, wo);
-    return SGD_INV_PI * (m.rho_d + m.rho_s * f * d * v);
+    return SGD_INV_PI * m.rho_d + sgd_color(fresnel, m, 0.5 * length(h)) * (d * v);
 }
 
 // f(wi, wo) [1/sr] from the 3D texture alone: SgdVolume holds the constants of its three axes.
 struct SgdVolume {
     rho_d: vec3f,
     half_scale: f32,        // axes[0].warp.scale[0]
-    rho_s: vec3f,
+    rho_s: vec3f,           // the sum over the lobes
     half_max: f32,          // axes[0].warp.max[0]
     factor: vec3f,          // encoding.factor
     difference_scale: f32,  // axes[1].warp.scale[0]

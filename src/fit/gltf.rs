@@ -7,17 +7,17 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use crate::brdf::gltf::{DIELECTRIC_F0, GltfBrdf, coat_fresnel, ggx_lobe, schlick_weight};
-use crate::brdf::one_lobe::{ggx_lambda, ggx_lambda_slope, ggx_ndf_slope};
-use crate::fit::block::{Block, LobeSamples};
+use crate::fit::lanes::{Block, LobeSamples};
 use crate::fit::metric::Metric;
+use crate::fit::minima::{local_minima, lowest};
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
-use crate::fit::valleys::{Valley, valleys};
 use crate::material::Material;
-use crate::math::box_least_squares::{
+use crate::math::instruction_set::{InstructionSet, per_instruction_set};
+use crate::math::least_squares::{
     Bounds, LANES, Lanes, Minimum, NormalEquations, Residuals, Terms, minimise,
 };
-use crate::math::instruction_set::{InstructionSet, per_instruction_set};
+use crate::microfacet::ggx;
 
 /// The best glTF material, with its residuals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -55,7 +55,7 @@ pub fn fit(material: &Material) -> GltfFit {
 /// Three families, each containing materials that the one before cannot reach: core properties
 /// alone; a dielectric with `KHR_materials_specular`, whose F0 may be any colour; that with
 /// `KHR_materials_clearcoat`. A family is chosen where it lowers the residual by more than 5 %. Its
-/// best material is found by a scan over roughness and a descent from every valley that shows.
+/// best material is found by a scan over roughness and a descent from every local minimum that shows.
 #[must_use]
 pub fn fit_target(target: &Target, metric: Metric) -> GltfFit {
     let search = Search::new(target, metric);
@@ -185,7 +185,7 @@ fn gltf_material(x: &DVector<f64>) -> GltfBrdf {
     }
 }
 
-/// What does not depend on the unknowns at the pairs of a block.
+/// The quantities at the pairs of a block that do not depend on the unknowns.
 struct Fixed {
     schlick_weight: Lanes,
     /// For light along either direction: the coat's Fresnel term is the viewer's.
@@ -238,10 +238,9 @@ impl Search {
     /// The best of a family without a coat.
     fn best(&self, family: Family) -> Minimum {
         let scan = self.scan(family);
-        let starts = valleys(&scan.iter().map(|m| m.squares).collect::<Vec<_>>());
+        let starts = local_minima(&scan.iter().map(|m| m.squares).collect::<Vec<_>>());
         let equations = |x: &DVector<f64>| self.equations(x, &self.lobe(x[ROUGHNESS]));
-        let descend =
-            |Valley(i): Valley| minimise(equations, &scan[i].x, &family.bounds(), TOLERANCE);
+        let descend = |i: usize| minimise(equations, &scan[i].x, &family.bounds(), TOLERANCE);
         lowest(starts.into_iter().map(descend))
     }
 
@@ -389,13 +388,6 @@ fn brightest(x: &DVector<f64>) -> usize {
     (F0..F0 + 3).max_by(|a, b| x[*a].total_cmp(&x[*b])).unwrap_or(F0)
 }
 
-/// The lowest of at least one minimum.
-fn lowest(minima: impl Iterator<Item = Minimum>) -> Minimum {
-    minima
-        .min_by(|a, b| a.squares.total_cmp(&b.squares))
-        .expect("a scan has at least one valley, its lowest point")
-}
-
 /// V·D and its derivative by roughness.
 #[inline(always)]
 fn lobe_samples(roughness: f64, fixed: &Fixed) -> LobeSamples {
@@ -405,16 +397,18 @@ fn lobe_samples(roughness: f64, fixed: &Fixed) -> LobeSamples {
         let [cot_i, cot_o] = [fixed.cot_theta[0][l], fixed.cot_theta[1][l]];
         let [cos_i, cos_o] = [fixed.cos_theta[0][l], fixed.cos_theta[1][l]];
         let value = ggx_lobe(alpha, fixed.tan2_theta_h[l], [cot_i, cot_o], [cos_i, cos_o]);
-        let lambdas = ggx_lambda(cot_i / alpha) + ggx_lambda(cot_o / alpha);
-        let slopes = ggx_lambda_slope(cot_i / alpha) + ggx_lambda_slope(cot_o / alpha);
-        let by_log_alpha = ggx_ndf_slope(alpha, fixed.tan2_theta_h[l]) - slopes / (1.0 + lambdas);
+        let lambdas = ggx::lambda(cot_i / alpha) + ggx::lambda(cot_o / alpha);
+        let slopes =
+            ggx::lambda_by_log_alpha(cot_i / alpha) + ggx::lambda_by_log_alpha(cot_o / alpha);
+        let by_log_alpha =
+            ggx::ndf_by_log_alpha(alpha, fixed.tan2_theta_h[l]) - slopes / (1.0 + lambdas);
         samples.value[l] = value;
         samples.slope[l] = value * by_log_alpha * 2.0 / roughness;
     }
     samples
 }
 
-/// What a channel's f depends on besides its lobe.
+/// The factors that f of a channel depends on besides its lobe.
 struct Factors {
     specular: f64,
     f0: f64,

@@ -5,8 +5,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::fit::block::Side;
-use crate::math::box_least_squares::{LANES, Lanes, Terms};
+use crate::fit::lanes::Side;
+use crate::math::least_squares::{LANES, Lanes, Terms};
 
 /// A transform g of x = π f cosθi, the radiance relative to a white diffuse surface under the same
 /// light. A fit minimises ∫∫ (g(x_fit) − g(x))² cosθo dωi dωo.

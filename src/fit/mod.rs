@@ -1,15 +1,15 @@
-//! Best fits of an SGD material in the models that engines have: one Beckmann or GGX lobe, a few
-//! Beckmann lobes, a glTF material; each with its residual.
+//! Best fits of an SGD material in the models that engines have: one Beckmann or GGX lobe, a
+//! Beckmann mixture, a glTF material; each with its residual.
 
-pub mod block;
 pub mod gltf;
-pub mod lobes;
+pub mod lanes;
 pub mod metric;
+pub mod minima;
+pub mod mixture;
 pub mod one_lobe;
 pub mod picture;
 pub mod reason;
 pub mod target;
-pub mod valleys;
 
 pub use metric::Metric;
 pub use reason::Reason;

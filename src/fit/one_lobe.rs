@@ -5,29 +5,29 @@ use std::f64::consts::FRAC_1_PI;
 use nalgebra::DVector;
 use serde::Serialize;
 
-use crate::brdf::one_lobe::{
-    Distribution, OneLobeBrdf, OneLobeChannel, SCALE_OF_RHO_S, ScaledFresnel,
-};
-use crate::fit::block::{Block, LobeSamples};
+use crate::brdf::one_lobe::{OneLobe, OneLobeChannel, SCALE_OF_RHO_S};
+use crate::fit::lanes::{Block, LobeSamples};
 use crate::fit::metric::Metric;
+use crate::fit::minima::{local_minima, lowest};
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
-use crate::fit::valleys::{Valley, valleys};
-use crate::material::{Channel, ChannelParams, Material};
-use crate::math::box_least_squares::{
+
+use crate::material::{Channel, Material};
+use crate::math::instruction_set::{InstructionSet, per_instruction_set};
+use crate::math::least_squares::{
     Bounds, LANES, Lanes, Minimum, NormalEquations, Residuals, Terms, minimise,
 };
-use crate::math::instruction_set::{InstructionSet, per_instruction_set};
+use crate::microfacet::{Distribution as _, Family, Fresnel, OneWidth};
 
 /// The best fits of one lobe: a width per channel, and one width for all three.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OneLobeFit {
     /// The best of every channel by itself.
-    pub per_channel: OneLobeBrdf,
+    pub per_channel: OneLobe,
     /// How far `per_channel` is from the material.
     pub per_channel_residuals: FitResiduals,
     /// The best with one width for the three channels.
-    pub joint: OneLobeBrdf,
+    pub joint: OneLobe,
     /// How far `joint` is from the material.
     pub joint_residuals: FitResiduals,
     /// What is odd about the material or the fit.
@@ -42,40 +42,40 @@ const SCAN: usize = 20;
 const SCAN_TOLERANCE: f64 = 3e-2;
 const TOLERANCE: f64 = 1e-7;
 
-/// The best lobe of `distribution` for a material, in the default metric.
+/// The best lobe of `family` for a material, in the default metric.
 #[must_use]
-pub fn fit(material: &Material, distribution: Distribution) -> OneLobeFit {
-    fit_target(&Target::new(material), distribution, Metric::default())
+pub fn fit(material: &Material, family: Family) -> OneLobeFit {
+    fit_target(&Target::new(material), family, Metric::default())
 }
 
-/// The best lobe of `distribution` for a target, in `metric`.
+/// The best lobe of `family` for a target, in `metric`.
 ///
 /// At a fixed width the model is linear in four non-negative coefficients per channel. A scan over
 /// all widths solves for those alone; Levenberg–Marquardt in width and coefficients then descends
-/// from every valley that the scan shows.
+/// from every local minimum that the scan shows.
 #[must_use]
-pub fn fit_target(target: &Target, distribution: Distribution, metric: Metric) -> OneLobeFit {
-    let search = Search::new(target, distribution, metric);
-    let scan = search.scan(target.material.channels.each_ref().map(published));
+pub fn fit_target(target: &Target, family: Family, metric: Metric) -> OneLobeFit {
+    let search = Search::new(target, family, metric);
+    let scan = search.scan([0, 1, 2].map(|c| published(&target.material, c)));
     let joint = search.joint(&scan);
     let channels = std::array::from_fn(|c| {
-        if reason::has_visible_lobe(&target.material.channels[c]) {
+        if reason::has_visible_lobe(&target.material, c) {
             search.channel(c, &scan)
         } else {
             joint.channels[c]
         }
     });
-    let per_channel = OneLobeBrdf { distribution, channels };
+    let per_channel = OneLobe { family, channels };
     OneLobeFit {
-        per_channel_residuals: target.residuals(&per_channel),
-        joint_residuals: target.residuals(&joint),
+        per_channel_residuals: target.residuals(&per_channel.brdf()),
+        joint_residuals: target.residuals(&joint.brdf()),
         reasons: reasons(&target.material, &per_channel),
         per_channel,
         joint,
     }
 }
 
-fn reasons(material: &Material, fit: &OneLobeBrdf) -> Vec<Reason> {
+fn reasons(material: &Material, fit: &OneLobe) -> Vec<Reason> {
     let widest = |c: &usize| fit.channels[*c].alpha > 0.99 * ALPHA_RANGE[1];
     let widest = (0..3).filter(widest).map(|c| Reason::WidestLobe(Channel::ALL[c]));
     reason::of_material(material).into_iter().chain(widest).collect()
@@ -87,7 +87,7 @@ const UNKNOWNS: usize = 5;
 /// Everything that does not depend on the unknowns.
 struct Search<'a> {
     target: &'a Target,
-    distribution: Distribution,
+    family: Family,
     metric: Metric,
     set: InstructionSet,
     blocks: Vec<Block>,
@@ -103,11 +103,11 @@ struct LobeSample {
 }
 
 impl<'a> Search<'a> {
-    fn new(target: &'a Target, distribution: Distribution, metric: Metric) -> Self {
+    fn new(target: &'a Target, family: Family, metric: Metric) -> Self {
         let share = |i: usize| target.lanes(|pair| fresnel_basis(pair.cos_theta_d)[i], 0.0);
         Self {
             target,
-            distribution,
+            family,
             metric,
             set: InstructionSet::widest(),
             blocks: target.blocks(metric),
@@ -136,16 +136,16 @@ impl<'a> Search<'a> {
 
     /// The best of one channel.
     fn channel(&self, c: usize, scan: &[Vec<Minimum>; 3]) -> OneLobeChannel {
-        let starts = valleys(&scan[c].iter().map(|m| m.squares).collect::<Vec<_>>());
+        let starts = local_minima(&scan[c].iter().map(|m| m.squares).collect::<Vec<_>>());
         let equations = |x: &DVector<f64>| self.channel_equations(c, x, 0, &self.lobe(x[0])).into();
-        let descend = |Valley(i): Valley| {
+        let descend = |i: usize| {
             minimise(equations, &scan[c][i].x, &bounds(ALPHA_RANGE.map(f64::ln), 1), TOLERANCE)
         };
         lobe_channel(&lowest(starts.into_iter().map(descend)).x, 0)
     }
 
     /// The best with one width.
-    fn joint(&self, scan: &[Vec<Minimum>; 3]) -> OneLobeBrdf {
+    fn joint(&self, scan: &[Vec<Minimum>; 3]) -> OneLobe {
         let sums: Vec<f64> =
             (0..SCAN).map(|i| scan.iter().map(|channel| channel[i].squares).sum()).collect();
         let start = |i: usize| {
@@ -153,13 +153,13 @@ impl<'a> Search<'a> {
             let unknowns = scan[0][i].x.iter().take(1).chain(coefficients);
             DVector::from_iterator(1 + 3 * (UNKNOWNS - 1), unknowns.copied())
         };
-        let descend = |Valley(i): Valley| {
+        let descend = |i: usize| {
             let bounds = bounds(ALPHA_RANGE.map(f64::ln), 3);
             minimise(|x| self.joint_equations(x), &start(i), &bounds, TOLERANCE)
         };
-        let best = lowest(valleys(&sums).into_iter().map(descend));
+        let best = lowest(local_minima(&sums).into_iter().map(descend));
         let channels = std::array::from_fn(|c| lobe_channel(&best.x, c));
-        OneLobeBrdf { distribution: self.distribution, channels }
+        OneLobe { family: self.family, channels }
     }
 
     fn joint_equations(&self, x: &DVector<f64>) -> NormalEquations {
@@ -178,7 +178,7 @@ impl<'a> Search<'a> {
         let block = |pairs: &[Pair]| {
             let mut samples = LobeSamples::ZERO;
             for (l, pair) in pairs.iter().enumerate() {
-                let LobeSample { value, slope } = lobe_sample(self.distribution, alpha, pair);
+                let LobeSample { value, slope } = lobe_sample(self.family.of_width(alpha), pair);
                 (samples.value[l], samples.slope[l]) = (value, slope);
             }
             samples
@@ -248,28 +248,21 @@ fn bounds(log_alpha: [f64; 2], channels: usize) -> Bounds {
     bounds
 }
 
-/// The lowest of at least one minimum.
-fn lowest(minima: impl Iterator<Item = Minimum>) -> Minimum {
-    minima
-        .min_by(|a, b| a.squares.total_cmp(&b.squares))
-        .expect("a scan has at least one valley, its lowest point")
-}
-
 fn lobe_channel(x: &DVector<f64>, channel: usize) -> OneLobeChannel {
     let [rho_d, f0, f90, facing] = std::array::from_fn(|i| x[place(channel, i + 1)]);
-    OneLobeChannel { rho_d, alpha: x[0].exp(), fresnel: ScaledFresnel { f0, f90, f1: f0 - facing } }
+    OneLobeChannel { rho_d, alpha: x[0].exp(), fresnel: Fresnel { f0, f90, f1: f0 - facing } }
 }
 
 /// D G1 G1/(4 cosθi cosθo) and its derivative by ln α.
-fn lobe_sample(distribution: Distribution, alpha: f64, pair: &Pair) -> LobeSample {
-    let g1 = pair.cot_theta.map(|cot| 1.0 / (1.0 + distribution.lambda(alpha, cot)));
-    let d = distribution.ndf(alpha, pair.tan2_theta_h);
+fn lobe_sample(distribution: OneWidth, pair: &Pair) -> LobeSample {
+    let g1 = pair.cot_theta.map(|cot| distribution.g1(cot));
+    let d = distribution.ndf(pair.tan2_theta_h);
     let value = 0.25 * d * (g1[0] / pair.cos_theta[0]) * (g1[1] / pair.cos_theta[1]);
     if value == 0.0 {
         return LobeSample { value, slope: 0.0 };
     }
-    let g1_slope = |side: usize| g1[side] * distribution.lambda_slope(alpha, pair.cot_theta[side]);
-    let slope = distribution.ndf_slope(alpha, pair.tan2_theta_h) - g1_slope(0) - g1_slope(1);
+    let g1_slope = |side: usize| g1[side] * distribution.lambda_by_log_alpha(pair.cot_theta[side]);
+    let slope = distribution.ndf_by_log_alpha(pair.tan2_theta_h) - g1_slope(0) - g1_slope(1);
     LobeSample { value, slope: value * slope }
 }
 
@@ -279,11 +272,15 @@ fn fresnel_basis(cos_theta_d: f64) -> [f64; 3] {
     [1.0 - u - cos_theta_d, u, cos_theta_d]
 }
 
-/// The published unknowns, in units of a lobe with ¼.
-fn published(params: &ChannelParams) -> DVector<f64> {
-    let scale = SCALE_OF_RHO_S * params.rho_s;
-    let facing = (params.f0 - params.f1).max(0.0);
-    DVector::from_vec(vec![0.0, params.rho_d, scale * params.f0, scale, scale * facing])
+/// The unknowns of a colour that its lobes add up to, in units of a lobe with ¼.
+fn published(material: &Material, c: usize) -> DVector<f64> {
+    let mut x = DVector::from_column_slice(&[0.0, material.rho_d()[c], 0.0, 0.0, 0.0]);
+    for lobe in material.lobes() {
+        let scale = SCALE_OF_RHO_S * lobe.rho_s()[c];
+        let facing = (lobe.f0()[c] - lobe.f1()[c]).max(0.0);
+        x += DVector::from_column_slice(&[0.0, 0.0, scale * lobe.f0()[c], scale, scale * facing]);
+    }
+    x
 }
 
 #[cfg(test)]
@@ -293,7 +290,7 @@ mod tests {
     /// A Beckmann material is recovered by the Beckmann fit.
     #[test]
     fn a_beckmann_channel_is_its_own_fit() {
-        let channel = |alpha: f64| ChannelParams {
+        let channel = |alpha: f64| crate::material::ChannelParams {
             rho_d: 0.2,
             rho_s: 0.3,
             alpha,
@@ -303,7 +300,8 @@ mod tests {
             masking: None,
         };
         let channels = [0.01, 0.04, 0.16].map(channel);
-        let fit = fit(&Material { name: "beckmann".to_owned(), channels }, Distribution::Beckmann);
+        let material = Material::of_channels("beckmann", &channels).expect("in range");
+        let fit = fit(&material, Family::Beckmann);
         for (fitted, exact) in fit.per_channel.channels.iter().zip(&channels) {
             assert!((fitted.alpha / exact.alpha.sqrt() - 1.0).abs() < 1e-4, "{fitted:?}");
             assert!((fitted.rho_d - exact.rho_d).abs() < 1e-4, "{fitted:?}");
@@ -318,8 +316,8 @@ mod tests {
         for name in ["chrome", "beige-fabric", "gold-paint", "two-layer-silver", "delrin"] {
             let target =
                 Target::new(&crate::material::find(name).expect("in the catalogue").material);
-            for distribution in [Distribution::Beckmann, Distribution::Ggx] {
-                let search = Search::new(&target, distribution, Metric::default());
+            for family in [Family::Beckmann, Family::Ggx] {
+                let search = Search::new(&target, family, Metric::default());
                 let from = |values: [f64; UNKNOWNS]| {
                     let start = DVector::from_column_slice(&values);
                     let scan = search.scan([start.clone(), start.clone(), start]);
@@ -343,13 +341,13 @@ mod tests {
     fn slopes_are_derivatives() {
         let entry = crate::material::find("gold-paint").expect("in the catalogue");
         let target = Target::new(&entry.material);
-        for distribution in [Distribution::Beckmann, Distribution::Ggx] {
+        for family in [Family::Beckmann, Family::Ggx] {
             for pair in target.pairs.iter().step_by(17) {
                 let (alpha, step) = (0.3_f64, 1e-6_f64);
-                let at =
-                    |sign: f64| lobe_sample(distribution, alpha * (sign * step).exp(), pair).value;
+                let of = |alpha: f64| lobe_sample(family.of_width(alpha), pair);
+                let at = |sign: f64| of(alpha * (sign * step).exp()).value;
                 let difference = (at(1.0) - at(-1.0)) / (2.0 * step);
-                let LobeSample { value, slope } = lobe_sample(distribution, alpha, pair);
+                let LobeSample { value, slope } = of(alpha);
                 assert!((slope - difference).abs() <= 1e-6 * (slope.abs() + value), "{pair:?}");
             }
         }

@@ -1,111 +1,139 @@
-//! What a picture of a lobe shows: the weights of angles in a fit of the distribution.
+//! A picture of lobes: the weights of angles in a fit of their distributions.
 
-use crate::brdf::lobes::Lobes;
-use crate::material::ChannelParams;
-use crate::microfacet::{BeckmannMixture, SgdNdf};
+use crate::material::{LobeParams, Material};
+use crate::microfacet::{BeckmannMixture, Distribution as _, SgdNdf, SharedMixture};
 
 /// How much a relative error in the flanks counts next to the picture's.
 const FLANKS: f64 = 0.3;
 
-/// How much a relative error of a channel's own distribution counts: it decides where the channel
-/// is invisible.
+/// How much a relative error of a lobe's own distribution counts: it decides where the lobe is
+/// invisible.
 const OWN: f64 = 0.01;
 
 /// Share of the peak below which a distribution counts as vanished.
 const FLOOR: f64 = 1e-7;
 
-/// (D, 1) at each angle times its scale, √((rho_s F̄ w)² + ([`OWN`]/D)²) with the weight w of the
-/// angle; per channel.
+/// (D, 1) at each angle times its scale, √((ρs F̄ w)² + ([`OWN`]/D)²) with the weight w of the
+/// angle and (ρs F̄)² summed over colours; per lobe.
 ///
 /// The squares of D_fit − D times the scale, summed over angles spaced by ln θ, are the error of a
 /// picture of the lobe under a sun.
 #[must_use]
-pub fn goals(channels: &[ChannelParams; 3], tan2_theta: &[f64]) -> [Vec<(f64, f64)>; 3] {
-    let shown = channels.each_ref().map(Shown::new);
-    let weights = weights(&shown, tan2_theta);
-    shown.each_ref().map(|channel| {
+pub fn goals(material: &Material, tan2_theta: &[f64]) -> Vec<Vec<(f64, f64)>> {
+    let shown = Shown::new(material);
+    let weights = shown.weights(tan2_theta);
+    let of_lobe = |lobe: &ShownLobe| {
         let at = |(x, weight): (&f64, &f64)| {
-            let d = channel.ndf.eval(*x);
-            let scale = (channel.specular * weight).hypot(OWN / (d + FLOOR * channel.ndf.peak()));
+            let d = lobe.ndf.ndf(*x);
+            let scale = (lobe.brightness() * weight).hypot(OWN / (d + FLOOR * lobe.ndf.peak()));
             (scale * d, scale)
         };
         tan2_theta.iter().zip(&weights).map(at).collect()
-    })
+    };
+    shown.lobes.iter().map(of_lobe).collect()
 }
 
-/// How far a picture of fitted lobes under a sun is off, its peak resolved, relative to the picture:
-/// √(∫ Σ_c (ρs F̄ (D_fit − D))² dA / ∫ 3 B² dA).
+/// How far a picture through a mixture is off under a sun, its peak resolved, relative to the
+/// picture: √(∫ Σ_c (Σ_j ρs F̄ (D_fit − D))² dA / ∫ 3 B² dA).
 #[must_use]
-pub fn error(channels: &[ChannelParams; 3], fitted: &Lobes) -> f64 {
+pub fn error(material: &Material, fitted: &SharedMixture) -> f64 {
     // tan²θ from where the sharpest peak is flat to 55°, past the widest.
     const SMALLEST: f64 = 1e-9;
     const STEP: f64 = 1.055;
     const STEPS: i32 = 400;
-    let shown = channels.each_ref().map(Shown::new);
-    let mixtures: [_; 3] = std::array::from_fn(|c| fitted.channel(c));
-    let difference = |x: f64| -> f64 {
-        let of_channel = |(mixture, channel): (&BeckmannMixture, &Shown)| {
-            (channel.specular * (mixture.ndf(x) - channel.ndf.eval(x))).powi(2)
-        };
-        mixtures.iter().zip(&shown).map(of_channel).sum()
-    };
+    let shown = Shown::new(material);
+    let mixtures: Vec<BeckmannMixture> =
+        (0..shown.lobes.len()).map(|j| fitted.of_lobe(j)).collect();
     let angles = (0..STEPS).map(|i| SMALLEST * STEP.powi(i));
     let [off, whole] = angles.fold([0.0, 0.0], |[off, whole], x| {
-        [off + x * difference(x), whole + x * 3.0 * brightness(&shown, x).powi(2)]
+        let brightness = shown.brightness(x);
+        [off + x * shown.difference(&mixtures, x), whole + x * 3.0 * brightness * brightness]
     });
     (off / whole).sqrt()
 }
 
-/// What a picture shows of a channel.
+/// A material as a picture shows it.
 struct Shown {
-    rho_d: f64,
-    /// rho_s F̄ with the mean Fresnel factor F̄ = ∫₀¹ F(c) 2c dc, which no fit has below 0 by much.
-    specular: f64,
+    rho_d: [f64; 3],
+    lobes: Vec<ShownLobe>,
+}
+
+struct ShownLobe {
+    /// ρs F̄ per colour, F̄ = ∫₀¹ F(c) 2c dc, which no fit has below 0 by much.
+    specular: [f64; 3],
     ndf: SgdNdf,
 }
 
-impl Shown {
-    fn new(c: &ChannelParams) -> Self {
-        let mean = c.f0 + (1.0 - c.f0) / 21.0 - c.f1 * 2.0 / 3.0;
-        let specular = c.rho_s * mean.max(0.0);
-        Self { rho_d: c.rho_d, specular, ndf: SgdNdf::new(c.alpha, c.p) }
+impl ShownLobe {
+    fn new(lobe: &LobeParams) -> Self {
+        let specular = |c: usize| {
+            let (f0, f1) = (lobe.f0()[c], lobe.f1()[c]);
+            let mean = f0 + (1.0 - f0) / 21.0 - f1 * 2.0 / 3.0;
+            lobe.rho_s()[c] * mean.max(0.0)
+        };
+        Self { specular: [0, 1, 2].map(specular), ndf: SgdNdf::new(lobe.alpha(), lobe.p()) }
+    }
+
+    /// √Σ_c (ρs F̄)².
+    fn brightness(&self) -> f64 {
+        self.specular.iter().map(|specular| specular * specular).sum::<f64>().sqrt()
     }
 }
 
-/// The weight of each angle, B the brightness there and x = tan²θ:
-/// w² = x/⟨x B²⟩ + [`FLANKS`]²/B².
-///
-/// Where angles are spaced by ln θ, the first term makes the sum of squares the mean square error
-/// by area, relative to the picture's mean square; the second holds the relative error of the
-/// flanks, which are all that is seen where pixels are wider than the peak.
-fn weights(shown: &[Shown; 3], tan2_theta: &[f64]) -> Vec<f64> {
-    let brightness: Vec<f64> = tan2_theta.iter().map(|x| brightness(shown, *x)).collect();
-    let by_area: f64 = tan2_theta.iter().zip(&brightness).map(|(x, b)| x * b * b).sum();
-    let mean = by_area / tan2_theta.len() as f64;
-    let weight = |(x, b): (&f64, &f64)| (x / mean + (FLANKS / b).powi(2)).sqrt();
-    tan2_theta.iter().zip(&brightness).map(weight).collect()
-}
+impl Shown {
+    fn new(material: &Material) -> Self {
+        Self {
+            rho_d: material.rho_d(),
+            lobes: material.lobes().iter().map(ShownLobe::new).collect(),
+        }
+    }
 
-/// √(mean over channels of (rho_d + rho_s F̄ D)²), with a floor far below the peak.
-fn brightness(shown: &[Shown; 3], tan2_theta: f64) -> f64 {
-    let square = |channel: &Shown| {
-        let d = channel.ndf.eval(tan2_theta) + FLOOR * channel.ndf.peak();
-        (channel.rho_d + channel.specular * d).powi(2)
-    };
-    (shown.iter().map(square).sum::<f64>() / 3.0).sqrt().max(f64::MIN_POSITIVE.sqrt())
+    /// The weight of each angle, B the brightness there and x = tan²θ:
+    /// w² = x/⟨x B²⟩ + [`FLANKS`]²/B².
+    ///
+    /// Where angles are spaced by ln θ, the first term makes the sum of squares the mean square
+    /// error by area, relative to the picture's mean square; the second holds the relative error
+    /// of the flanks, which are all that is seen where pixels are wider than the peak.
+    fn weights(&self, tan2_theta: &[f64]) -> Vec<f64> {
+        let brightness: Vec<f64> = tan2_theta.iter().map(|x| self.brightness(*x)).collect();
+        let by_area: f64 = tan2_theta.iter().zip(&brightness).map(|(x, b)| x * b * b).sum();
+        let mean = by_area / tan2_theta.len() as f64;
+        let weight = |(x, b): (&f64, &f64)| (x / mean + (FLANKS / b).powi(2)).sqrt();
+        tan2_theta.iter().zip(&brightness).map(weight).collect()
+    }
+
+    /// √(mean over colours of (ρd + Σ_j ρs F̄ D)²), with a floor far below the peaks.
+    fn brightness(&self, tan2_theta: f64) -> f64 {
+        let mut sums = self.rho_d;
+        for lobe in &self.lobes {
+            let d = lobe.ndf.ndf(tan2_theta) + FLOOR * lobe.ndf.peak();
+            sums = std::array::from_fn(|c| sums[c] + lobe.specular[c] * d);
+        }
+        let squares: f64 = sums.iter().map(|sum| sum * sum).sum();
+        (squares / 3.0).sqrt().max(f64::MIN_POSITIVE.sqrt())
+    }
+
+    /// Σ_c (Σ_j ρs F̄ (D_fit − D))².
+    fn difference(&self, mixtures: &[BeckmannMixture], tan2_theta: f64) -> f64 {
+        let mut sums = [0.0; 3];
+        for (lobe, mixture) in self.lobes.iter().zip(mixtures) {
+            let difference = mixture.ndf(tan2_theta) - lobe.ndf.ndf(tan2_theta);
+            sums = std::array::from_fn(|c| sums[c] + lobe.specular[c] * difference);
+        }
+        sums.iter().map(|sum| sum * sum).sum()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::lobes;
+    use crate::fit::mixture;
     use crate::material::catalog;
 
     #[test]
-    fn seven_lobes_look_like_the_material_within_two_percent() {
+    fn seven_components_look_like_the_material_within_two_percent() {
         for entry in catalog().iter().step_by(4) {
-            let channels = &entry.material.channels;
-            let error = error(channels, &lobes::lobes(&entry.material, 7));
+            let error = error(&entry.material, &mixture::best_picture(&entry.material, 7));
             assert!(error <= 0.02, "{}: {error}", entry.material.name);
         }
     }

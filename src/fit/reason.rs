@@ -4,8 +4,8 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
-use crate::material::{Channel, ChannelParams, Material};
-use crate::microfacet::Fresnel;
+use crate::brdf::model::fresnel;
+use crate::material::{Channel, LobeParams, Material};
 
 /// A remark on a fit. Written to JSON as its sentence.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub enum Reason {
         /// √∫(Δg)² with core properties alone.
         core: f64,
     },
-    /// A glTF parameter stands at the end of its range.
+    /// A glTF parameter is at the end of its range.
     AtRangeEnd(&'static str),
     /// A second lobe lowered the weighted residual from this value.
     Clearcoat {
@@ -57,11 +57,11 @@ impl fmt::Display for Reason {
                 out.write_str("a metal: core properties alone come within 5 % of the best residual")
             }
             Self::SpecularExtension { core } => {
-                write!(out, "core properties alone leave an error of {core:.4} in lightness")
+                write!(out, "core properties alone leave a weighted error of {core:.4}")
             }
             Self::AtRangeEnd(parameter) => write!(out, "{parameter} is at the end of its range"),
             Self::Clearcoat { without } => {
-                write!(out, "without the clearcoat the error in lightness is {without:.4}")
+                write!(out, "without the clearcoat the weighted error is {without:.4}")
             }
         }
     }
@@ -73,39 +73,35 @@ impl Serialize for Reason {
     }
 }
 
-/// Specular scale 4ρs/π · peak of F · D(0) below which a channel's lobe is invisible next to
-/// 16-bit white.
+/// Largest albedo 4ρs·F of a colour's lobes below which they are invisible next to 16-bit white.
 const INVISIBLE: f64 = 1.0 / 65535.0;
 
-/// Whether a channel's specular term is visible anywhere near its peak.
+/// Returns true if the specular term of a colour is visible: ∫ of a lobe is at most 4ρs·max F, D
+/// only says how it is spread.
 #[must_use]
-pub fn has_visible_lobe(channel: &ChannelParams) -> bool {
-    // ∫ of the lobe is at most 4ρs/π·F·π; D only says how it is spread.
-    let (_, most) = fresnel_range(channel);
-    4.0 * channel.rho_s * most.max(0.0) > INVISIBLE
+pub fn has_visible_lobe(material: &Material, c: usize) -> bool {
+    let albedo = |lobe: &LobeParams| 4.0 * lobe.rho_s()[c] * fresnel(lobe)[c].range()[1].max(0.0);
+    material.lobes().iter().map(albedo).sum::<f64>() > INVISIBLE
 }
 
-/// What is odd about the published channels and bears on every fit.
+/// The oddities of a material that bear on every fit.
 #[must_use]
 pub fn of_material(material: &Material) -> Vec<Reason> {
-    let channels = Channel::ALL.into_iter().zip(&material.channels);
-    channels.flat_map(|(name, params)| of_channel(name, params)).collect()
+    Channel::ALL.into_iter().flat_map(|channel| of_channel(channel, material)).collect()
 }
 
-fn of_channel(name: Channel, params: &ChannelParams) -> Vec<Reason> {
-    if !has_visible_lobe(params) {
-        return vec![Reason::NoVisibleLobe(name)];
+fn of_channel(channel: Channel, material: &Material) -> Vec<Reason> {
+    let c = channel as usize;
+    if !has_visible_lobe(material, c) {
+        return vec![Reason::NoVisibleLobe(channel)];
     }
-    let (least, most) = fresnel_range(params);
-    let scaled = most * 4.0 * params.rho_s / std::f64::consts::PI;
-    let negative = (least < 0.0).then_some(Reason::NegativeFresnel(name, least));
-    let above = (scaled > 1.0).then_some(Reason::FresnelAboveOne(name, scaled));
-    negative.into_iter().chain(above).collect()
-}
-
-/// The least and largest F over cosθd in \[0, 1\].
-fn fresnel_range(params: &ChannelParams) -> (f64, f64) {
-    let fresnel = Fresnel { f0: params.f0, f1: params.f1 };
-    let values = (0..=64).map(|i| fresnel.eval(f64::from(i) / 64.0));
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)))
+    let colouring = material.lobes().iter().filter(|lobe| lobe.rho_s()[c] > 0.0);
+    let of_lobe = |lobe: &LobeParams| {
+        let [least, most] = fresnel(lobe)[c].range();
+        let scaled = most * 4.0 * lobe.rho_s()[c] / std::f64::consts::PI;
+        let negative = (least < 0.0).then_some(Reason::NegativeFresnel(channel, least));
+        let above = (scaled > 1.0).then_some(Reason::FresnelAboveOne(channel, scaled));
+        negative.into_iter().chain(above)
+    };
+    colouring.flat_map(of_lobe).collect()
 }

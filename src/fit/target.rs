@@ -1,16 +1,16 @@
-//! What every fit aims at: the exact reflectance of a material at well-chosen pairs of directions.
+//! The aim of every fit: the exact reflectance of a material at well-chosen pairs of directions.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::brdf::{ChannelBrdf, Reflectance};
+use crate::brdf::{Lobe, MaskingKind, Reflectance, SgdBrdf};
 use crate::fit::metric::Metric;
-use crate::material::{ChannelParams, Material};
+use crate::material::{LobeParams, Material};
 use crate::math::direction::cot_theta;
 use crate::math::quadrature::{Node, gauss_legendre};
-use crate::microfacet::masking::MaskingKind;
+use crate::microfacet::{Accuracy, Distribution as _, Sgd};
 
 /// A pair of directions as a microfacet model sees it, and its share of the integral over pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub struct Pair {
     pub weights: [f64; 2],
 }
 
-/// The exact reflectance of a material's channels at quadrature pairs.
+/// The exact reflectance of a material at quadrature pairs.
 #[derive(Clone, Debug)]
 pub struct Target {
     /// The material as given.
@@ -83,9 +83,6 @@ impl Default for Resolution {
     }
 }
 
-/// Relative accuracy of the exact masking in a target.
-const ACCURACY: f64 = 1e-6;
-
 impl Target {
     /// The target of a material.
     #[must_use]
@@ -97,7 +94,7 @@ impl Target {
     #[must_use]
     pub fn with_resolution(material: &Material, resolution: Resolution) -> Self {
         let pairs = pairs(lobe_scale(material), resolution);
-        let channels = material.channels.each_ref().map(|channel| samples(channel, &pairs));
+        let channels = samples(material, &pairs);
         Self { material: material.clone(), pairs, channels }
     }
 
@@ -119,9 +116,9 @@ impl Target {
         let (mut difference, mut total) = (0.0, 0.0);
         for (i, (pair, exact)) in self.pairs.iter().zip(&self.channels[channel]).enumerate() {
             for side in 0..2 {
-                let lightness = |f: f64| metric.transform(f, pair.cos_theta[side]).0;
-                let exact = lightness(*exact);
-                difference += pair.weights[side] * (lightness(fit(i, side)) - exact).powi(2);
+                let transformed = |f: f64| metric.transform(f, pair.cos_theta[side]).0;
+                let exact = transformed(*exact);
+                difference += pair.weights[side] * (transformed(fit(i, side)) - exact).powi(2);
                 total += pair.weights[side] * exact * exact;
             }
         }
@@ -129,11 +126,12 @@ impl Target {
     }
 }
 
-/// The smallest tan²θh at which a channel's distribution bends: α² where the power law starts, but
+/// The smallest tan²θh at which a lobe's distribution bends: α² where the power law starts, but
 /// no finer than what a pixel of a picture could show.
 fn lobe_scale(material: &Material) -> f64 {
-    let bend = |c: &ChannelParams| if c.p > 0.0 { c.alpha * c.alpha } else { c.alpha };
-    material.channels.iter().map(bend).fold(f64::INFINITY, f64::min).clamp(1e-7, 0.1)
+    let bend =
+        |lobe: &LobeParams| if lobe.p() > 0.0 { lobe.alpha() * lobe.alpha() } else { lobe.alpha() };
+    material.lobes().iter().map(bend).fold(f64::INFINITY, f64::min).clamp(1e-7, 0.1)
 }
 
 /// Quadrature over pairs in (ln(1 + tan²θh/s), θd, φd), with
@@ -199,18 +197,32 @@ fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) -> Option<Pai
     })
 }
 
-/// f of one channel at every pair.
-fn samples(params: &ChannelParams, pairs: &[Pair]) -> Vec<f64> {
-    let brdf = ChannelBrdf::with_accuracy(params, MaskingKind::Exact, ACCURACY);
-    let mut ndf = (f64::NAN, f64::NAN);
-    let value = |pair: &Pair| {
-        // Pairs come in runs of one θh.
-        if ndf.0 != pair.tan2_theta_h {
-            ndf = (pair.tan2_theta_h, brdf.ndf.eval(pair.tan2_theta_h));
+/// f of each colour at every pair.
+fn samples(material: &Material, pairs: &[Pair]) -> [Vec<f64>; 3] {
+    let brdf = SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Picture);
+    let mut sums = [(); 3].map(|()| vec![0.0; pairs.len()]);
+    for lobe in &brdf.lobes {
+        add_lobe(lobe, pairs, &mut sums);
+    }
+    for (sums, rho_d) in sums.iter_mut().zip(brdf.rho_d) {
+        sums.iter_mut().for_each(|sum| *sum = FRAC_1_PI * (rho_d + *sum));
+    }
+    sums
+}
+
+/// Adds ρs F D (G1(wi)/cosθi) (G1(wo)/cosθo) of a lobe at every pair.
+fn add_lobe(lobe: &Lobe<Sgd>, pairs: &[Pair], sums: &mut [Vec<f64>; 3]) {
+    // Pairs come in runs of one θh.
+    let (mut tan2_theta_h, mut ndf) = (f64::NAN, f64::NAN);
+    for (i, pair) in pairs.iter().enumerate() {
+        if tan2_theta_h != pair.tan2_theta_h {
+            (tan2_theta_h, ndf) = (pair.tan2_theta_h, lobe.distribution.ndf(pair.tan2_theta_h));
         }
-        let v = |side: usize| brdf.masking.g1(pair.cot_theta[side]) / pair.cos_theta[side];
-        let specular = brdf.rho_s * brdf.fresnel.eval(pair.cos_theta_d) * ndf.1 * (v(0) * v(1));
-        FRAC_1_PI * (brdf.rho_d + specular)
-    };
-    pairs.iter().map(value).collect()
+        let v = |side: usize| lobe.g1(pair.cot_theta[side]) / pair.cos_theta[side];
+        let visibility = v(0) * v(1);
+        for c in (0..3).filter(|c| lobe.rho_s[*c] > 0.0) {
+            let fresnel = lobe.fresnel[c].eval(pair.cos_theta_d);
+            sums[c][i] += lobe.rho_s[c] * fresnel * ndf * visibility;
+        }
+    }
 }

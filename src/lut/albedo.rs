@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! moment_φ(θo) = ∫ φ(cosθd) D G1(wi) G1(wo)/(4 cosθi cosθo) cosθi dωi,  φ = 1, (1−cosθd)⁵, cosθd
-//! ∫ f_specular cosθi dωi = 4ρs/π · [f0·one + (1−f0)·schlick − f1·cosine]
+//! ∫ f_specular cosθi dωi = Σ_lobes 4ρs/π · [f0·one + (1−f0)·schlick − f1·cosine]
 //! ```
 //!
 //! A material takes three rows of the texture, 3·row + 0, 1, 2 for one, schlick, cosine.
@@ -13,14 +13,15 @@
 use rayon::prelude::*;
 
 use crate::brdf::batch::albedo::AlbedoBatch;
-use crate::brdf::{ChannelBrdf, FresnelMoments};
+use crate::brdf::{FresnelMoments, Lobe};
 use crate::lut::axis::{Axis, Variable, Warp};
-use crate::lut::bake::{BakeError, Depths, WIDTHS};
-use crate::lut::budget::least;
 use crate::lut::quantity::{Encoding, Quantity};
+use crate::lut::request::WIDTHS;
 use crate::lut::row::Row;
+use crate::lut::search::Sizable;
 use crate::lut::table::{Depth, ErrorNote, Filter, Table, Texels};
 use crate::lut::term::masking_scale;
+use crate::microfacet::Sgd;
 
 /// Rows per material.
 pub const TERMS: usize = 3;
@@ -41,10 +42,10 @@ impl Checks {
     pub fn new(rows: &[Row]) -> Self {
         let u: Vec<f64> =
             (0..CHECKS).map(|k| (k as f64 + 0.618_033_988_75) / (CHECKS + 1) as f64).collect();
-        let axis = axis(rows);
+        let warp = warp(rows);
         let moments = (0..rows.len())
             .into_par_iter()
-            .map(|row| moments(&rows[row], &cosines(&axis, row, u.iter().copied()), Rule::Exact))
+            .map(|row| moments(&rows[row], &cosines(&warp, row, u.iter().copied()), Rule::Exact))
             .collect();
         Self { u, moments }
     }
@@ -69,34 +70,42 @@ impl Checks {
     }
 }
 
-/// The smallest albedo table whose moments are within `tolerance` of quadrature.
-///
-/// # Errors
-///
-/// [`BakeError::NotReached`] with the best error, where the widest table is not.
-pub fn smallest(
-    rows: &[Row],
-    checks: &Checks,
-    tolerance: f64,
-    depths: Depths,
-) -> Result<Table, BakeError> {
-    const REFERENCE_WIDTH: usize = 33;
-    let reference = checks.measure(&filled(rows, REFERENCE_WIDTH, Depth::Float, Rule::Quick));
-    let expected = 1.0 + (REFERENCE_WIDTH - 1) as f64 * (reference / tolerance).sqrt();
-    let mut best = f64::INFINITY;
-    for depth in depths.candidates() {
-        let mut keeps = |growth: f64| {
-            let width = ((expected * growth).ceil() as usize).clamp(*WIDTHS.start(), *WIDTHS.end());
-            let table = tabulate(rows, width, *depth);
-            let error = checks.measure(&table);
-            best = best.min(error);
-            (error <= 0.9 * tolerance).then_some(table)
-        };
-        if let Some(table) = least(8.0, &mut keeps) {
-            return Ok(table);
-        }
+/// The albedo table of some rows, in search of its width.
+pub struct Albedo<'a> {
+    rows: &'a [Row],
+    checks: &'a Checks,
+    /// The width at which interpolation alone would keep the tolerance.
+    width: f64,
+}
+
+impl<'a> Albedo<'a> {
+    /// The table of `rows`, of a width about right for `tolerance`.
+    #[must_use]
+    pub fn new(rows: &'a [Row], checks: &'a Checks, tolerance: f64) -> Self {
+        const REFERENCE_WIDTH: usize = 33;
+        let reference = checks.measure(&filled(rows, REFERENCE_WIDTH, Depth::Float, Rule::Quick));
+        let width = 1.0 + (REFERENCE_WIDTH - 1) as f64 * (reference / tolerance).sqrt();
+        Self { rows, checks, width }
     }
-    Err(BakeError::NotReached { tolerance, best })
+}
+
+impl Sizable for Albedo<'_> {
+    type Tables = Table;
+    type Probe = ();
+    const AIMS: &'static [f64] = &[0.9];
+
+    fn largest_growth(&self) -> Option<f64> {
+        Some(8.0)
+    }
+
+    fn build(&self, growth: f64, depth: Depth) -> Table {
+        let width = (self.width * growth).ceil() as usize;
+        tabulate(self.rows, width.clamp(*WIDTHS.start(), *WIDTHS.end()), depth)
+    }
+
+    fn measure(&self, table: &Table, _: &[()]) -> f64 {
+        self.checks.measure(table)
+    }
 }
 
 /// The albedo table of all rows, `width` texels along cosθo.
@@ -106,21 +115,21 @@ pub fn tabulate(rows: &[Row], width: usize, depth: Depth) -> Table {
 }
 
 fn filled(rows: &[Row], width: usize, depth: Depth, rule: Rule) -> Table {
-    let axis = axis(rows);
+    let warp = warp(rows);
     let columns = || (0..width).map(|i| i as f64 / (width - 1) as f64);
     let lines = |(index, row)| {
-        let columns = moments(row, &cosines(&axis, index, columns()), rule);
+        let columns = moments(row, &cosines(&warp, index, columns()), rule);
         (0..TERMS).flat_map(move |term| columns.clone().into_iter().map(move |c| c[term]))
     };
     let texels: Vec<[f64; 3]> = rows.par_iter().enumerate().flat_map_iter(lines).collect();
     let thrice = |scale: &Vec<f64>| scale.iter().flat_map(|s| [*s; TERMS]).collect();
-    let warp = match &axis {
+    let thrice_each = match &warp {
         Warp::Log1p { scale, max } => Warp::Log1p { scale: thrice(scale), max: thrice(max) },
         other => other.clone(),
     };
     Table {
         quantity: Quantity::Albedo,
-        axes: vec![Axis { variable: Variable::CosThetaO, warp: Some(warp) }, Axis::ROW],
+        axes: vec![Axis { variable: Variable::CosThetaO, warp: Some(thrice_each) }, Axis::ROW],
         size: vec![width, TERMS * rows.len()],
         encoding: Encoding::Identity,
         texels: Texels::rounded(depth, &texels),
@@ -131,7 +140,7 @@ fn filled(rows: &[Row], width: usize, depth: Depth, rule: Rule) -> Table {
 }
 
 /// cosθo against its logarithm from where masking sets in.
-fn axis(rows: &[Row]) -> Warp {
+fn warp(rows: &[Row]) -> Warp {
     Warp::Log1p { scale: rows.iter().map(masking_scale).collect(), max: vec![1.0; rows.len()] }
 }
 
@@ -153,29 +162,29 @@ impl Rule {
     }
 
     /// The moments of a lobe at each cosθo.
-    fn moments(self, lobe: &ChannelBrdf, cosines: &[f64]) -> Vec<FresnelMoments> {
-        let exact = |cos: &f64| FresnelMoments::new(&lobe.ndf, &lobe.masking, *cos);
+    fn moments(self, lobe: &Lobe<Sgd>, cosines: &[f64]) -> Vec<FresnelMoments> {
+        let exact = |cos: &f64| FresnelMoments::new(lobe, *cos);
         match self {
             Self::Exact => cosines.par_iter().map(exact).collect(),
-            Self::Quick => AlbedoBatch::new(&lobe.ndf, &lobe.masking).moments(cosines),
+            Self::Quick => AlbedoBatch::new(lobe).moments(cosines),
         }
     }
 }
 
 /// cosθo at coordinates of a row.
-fn cosines(axis: &Warp, row: usize, u: impl Iterator<Item = f64>) -> Vec<f64> {
-    u.map(|u| axis.variable(row, u).clamp(GRAZING, 1.0)).collect()
+fn cosines(warp: &Warp, row: usize, u: impl Iterator<Item = f64>) -> Vec<f64> {
+    u.map(|u| warp.variable(row, u).clamp(GRAZING, 1.0)).collect()
 }
 
-/// The three moments of a row at each cosθo, per channel.
+/// The three moments of a row at each cosθo, per lobe.
 fn moments(row: &Row, cosines: &[f64], rule: Rule) -> Vec<[[f64; 3]; TERMS]> {
     let absent = || vec![FresnelMoments::default(); cosines.len()];
-    let of_lobe = |lobe: &Option<ChannelBrdf>| {
+    let of_lobe = |lobe: &Option<Lobe<Sgd>>| {
         lobe.as_ref().map_or_else(absent, |lobe| rule.moments(lobe, cosines))
     };
-    let channels: Vec<Vec<FresnelMoments>> = row.lobes.par_iter().map(of_lobe).collect();
+    let lobes: Vec<Vec<FresnelMoments>> = row.lobes.par_iter().map(of_lobe).collect();
     let at = |i: usize| {
-        let moments: [FresnelMoments; 3] = std::array::from_fn(|c| channels[c][i]);
+        let moments: [FresnelMoments; 3] = std::array::from_fn(|j| lobes[j][i]);
         [moments.map(|m| m.one), moments.map(|m| m.schlick), moments.map(|m| m.cosine)]
     };
     (0..cosines.len()).map(at).collect()

@@ -1,9 +1,9 @@
 //! Texture axes: which variable runs along one, and the warp that spreads the error evenly.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The variable along an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Variable {
     /// tan²θh of the half vector, in [0, ∞].
@@ -21,7 +21,7 @@ pub enum Variable {
 }
 
 /// An axis of a texture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
     /// The variable.
     pub variable: Variable,
@@ -31,7 +31,7 @@ pub struct Axis {
 }
 
 /// A map from a variable x to a coordinate u in \[0, 1\], with constants per row of the texture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Warp {
     /// u = x.

@@ -3,162 +3,42 @@
 use std::collections::HashMap;
 
 use rayon::prelude::*;
-use serde::Serialize;
 
-use crate::brdf::ChannelBrdf;
-use crate::lut::axis::Axis;
-use crate::lut::budget::{self, Subject, measure};
+use crate::brdf::{MaskingKind, SgdBrdf};
+use crate::lut::albedo::{self, Albedo};
+use crate::lut::error::{BakeError, LeftOut};
+use crate::lut::factors::{Factors, Subject, measure};
 use crate::lut::probe::{Probe, probes};
 use crate::lut::quantity::Quantity;
-use crate::lut::row::{MASKING_ACCURACY, Placed, Row, sharing_key};
-use crate::lut::table::{Depth, ErrorNote, Filter, Table, Texels};
+use crate::lut::request::{Extent, MAX_ROWS, Request, VOLUME_WIDTHS};
+use crate::lut::row::{Placed, Rows, sharing_key};
+use crate::lut::search::{smallest, verified};
+use crate::lut::table::{ErrorNote, Filter, Table};
 use crate::lut::term::Term;
-use crate::lut::{albedo, volume};
-use crate::material::{Channel, Material};
-use crate::microfacet::masking::MaskingKind;
+use crate::lut::volume::{self, Volume};
+use crate::material::{MAX_LOBES, Material};
+use crate::microfacet::Accuracy;
 
-/// Texels along the first axis that a texture may have: what GPUs take.
-pub const WIDTHS: std::ops::RangeInclusive<usize> = 2..=16384;
-
-/// Rows that a texture may have.
-pub const MOST_ROWS: usize = 16384;
-
-/// Tolerances that a bake accepts.
-pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-6..=0.5;
-
-/// The share of the tolerance below which a lobe counts as invisible.
+/// The share of the tolerance below which the lobes of a colour count as invisible.
 const INVISIBLE: f64 = 0.5;
 
-/// What to bake.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Request {
-    /// The quantities, one texture each.
-    pub quantities: Vec<Quantity>,
-    /// Which masking is stored.
-    pub masking: MaskingKind,
-    /// How large the textures become.
-    pub extent: Extent,
-    /// The texels' number format.
-    pub depths: Depths,
-}
-
-impl Request {
-    fn wants(&self, quantity: Quantity) -> bool {
-        self.quantities.contains(&quantity)
-    }
-
-    /// Refuses an error above the tolerance, if there is one.
-    fn keeps(&self, error: f64) -> Result<(), BakeError> {
-        match self.extent {
-            Extent::Tolerance(tolerance) if error > tolerance => {
-                Err(BakeError::NotReached { tolerance, best: error })
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-/// How large textures become.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Extent {
-    /// So many texels along every axis that is not a row.
-    Size(usize),
-    /// As few as keep this error.
-    Tolerance(f64),
-}
-
-/// Which number formats a bake may use.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Depths {
-    /// The smallest that keeps the tolerance; half for a fixed size.
-    #[default]
-    Smallest,
-    /// This one.
-    Only(Depth),
-}
-
-impl Depths {
-    /// The depths to try, in that order.
-    #[must_use]
-    pub fn candidates(&self) -> &[Depth] {
-        match self {
-            Self::Smallest => &[Depth::Half, Depth::Float],
-            Self::Only(depth) => std::slice::from_ref(depth),
-        }
-    }
-}
-
-/// What a bake produced.
+/// The result of a bake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Baked {
-    /// One table per quantity.
+    /// One table per quantity; of `brdf3d`, one per row.
     pub tables: Vec<Table>,
-    /// Where each material ended up, in the order given.
+    /// The place of each material, in the order given.
     pub placed: Vec<Placed>,
-    /// Which lobes were left out, and why.
+    /// The lobes that were left out, and why.
     pub left_out: Vec<LeftOut>,
-}
-
-/// A channel whose lobe is not stored.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LeftOut {
-    /// The material.
-    pub material: String,
-    /// Its channel.
-    pub channel: Channel,
-    /// Why, with the numbers that decided.
-    pub reason: String,
-}
-
-/// Why nothing was baked.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BakeError {
-    /// There is nothing to bake.
-    #[error("no material was given")]
-    NoMaterial,
-    /// The size is outside what textures can have.
-    #[error("a texture cannot be {found} texels wide; accepted are {} to {}", WIDTHS.start(), WIDTHS.end())]
-    Size {
-        /// The size asked for.
-        found: usize,
-    },
-    /// The size is outside what a 3D table can have.
-    #[error("a 3D table cannot have {found} texels along an axis; accepted are {} to {}", volume::AXIS.start(), volume::AXIS.end())]
-    Volume {
-        /// The size asked for.
-        found: usize,
-    },
-    /// The tolerance is not a number that a bake can aim at.
-    #[error("the tolerance {found} is out of range; accepted are {} to {}", TOLERANCES.start(), TOLERANCES.end())]
-    Tolerance {
-        /// The tolerance asked for.
-        found: f64,
-    },
-    /// More distinct materials than a texture has rows.
-    #[error("{found} distinct materials do not fit one texture; accepted are up to {MOST_ROWS}")]
-    Rows {
-        /// The distinct materials.
-        found: usize,
-    },
-    /// 16-bit integers cannot hold a quantity that spans hundreds of decades.
-    #[error("'{quantity}' does not fit 16-bit integers; only masking, fresnel and albedo do", quantity = .0.name())]
-    Range(Quantity),
-    /// The largest textures do not keep the tolerance.
-    #[error("the tolerance {tolerance} cannot be kept: the best error reached is {best:.3e}")]
-    NotReached {
-        /// The tolerance asked for.
-        tolerance: f64,
-        /// The smallest error found.
-        best: f64,
-    },
 }
 
 /// A material with its exact values at the probes.
 struct Sampled<'a> {
     material: &'a Material,
-    channels: [ChannelBrdf; 3],
+    brdf: SgdBrdf,
     probes: Vec<Probe>,
-    visible: [bool; 3],
+    visible: [bool; MAX_LOBES],
 }
 
 /// Bakes the materials into one table per quantity; materials with equal lobes share a row, and
@@ -181,141 +61,108 @@ pub fn bake_with_progress(
     request: &Request,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Baked, BakeError> {
-    check(materials, request)?;
-    let invisible = match request.extent {
-        Extent::Size(_) => 0.0,
-        Extent::Tolerance(tolerance) => INVISIBLE * tolerance,
-    };
-    let sampled = materials.par_iter().map(|m| sample(m, request.masking, invisible));
+    if materials.is_empty() {
+        return Err(BakeError::NoMaterial);
+    }
+    request.check()?;
+    let invisible = INVISIBLE * request.tolerance().unwrap_or(0.0);
+    let sampled = materials.par_iter().map(|m| Sampled::new(m, request.masking, invisible));
     let sampled: Vec<Sampled<'_>> = sampled.inspect(|_| progress()).collect();
     let (rows, placed) = assign_rows(&sampled, request.masking);
-    if rows.len() > MOST_ROWS {
-        return Err(BakeError::Rows { found: rows.len() });
+    if rows.lobes.len() > MAX_ROWS || rows.fresnel.len() > MAX_ROWS {
+        return Err(BakeError::Rows { found: rows.fresnel.len().max(rows.lobes.len()) });
     }
-    let left_out = sampled.iter().flat_map(|s| left_out(s, invisible)).collect();
+    let left_out = sampled.iter().flat_map(|s| s.left_out(invisible)).collect();
     let mut tables = Vec::new();
-    if !rows.is_empty() {
+    if !rows.lobes.is_empty() {
+        tables.extend(fill_factors(&rows, &placed, &sampled, request)?);
         if request.wants(Quantity::Albedo) {
             tables.push(fill_albedo(&rows, request)?);
         }
         if request.wants(Quantity::Brdf3d) {
-            for row in 0..rows.len() {
+            for row in 0..rows.lobes.len() {
                 tables.push(fill_volume(&rows, row, &placed, &sampled, request)?);
                 progress();
             }
         }
-        tables.splice(0..0, fill_factors(&rows, &placed, sampled, request)?);
-    }
-    for table in &mut tables {
-        table.error.tolerance = match request.extent {
-            Extent::Size(_) => None,
-            Extent::Tolerance(tolerance) => Some(tolerance),
-        };
     }
     Ok(Baked { tables, placed, left_out })
 }
 
-fn check(materials: &[&Material], request: &Request) -> Result<(), BakeError> {
-    if materials.is_empty() {
-        return Err(BakeError::NoMaterial);
+impl<'a> Sampled<'a> {
+    /// Evaluates a material at its probes. A lobe is visible if leaving it out would err by more
+    /// than its part of `invisible` anywhere.
+    fn new(material: &'a Material, kind: MaskingKind, invisible: f64) -> Self {
+        let brdf = SgdBrdf::with_accuracy(material, kind, Accuracy::Table).tabulated();
+        let probes = probes(&brdf, 0);
+        let colouring =
+            |c: usize| brdf.lobes.iter().filter(|lobe| lobe.rho_s[c] > 0.0).count().max(1) as f64;
+        let parts = [0, 1, 2].map(|c| invisible / colouring(c));
+        let shows = |probe: &Probe, j: usize| {
+            let specular = probe.lobes[j].specular();
+            (0..3).any(|c| probe.colours[c].error_of(specular[c].abs()) > parts[c])
+        };
+        let visible =
+            std::array::from_fn(|j| j < brdf.lobes.len() && probes.iter().any(|p| shows(p, j)));
+        Self { material, brdf, probes, visible }
     }
-    let integers = request.depths == Depths::Only(Depth::Unorm16);
-    let unbounded = request.quantities.iter().find(|quantity| !quantity.fits_a_range());
-    if let (true, Some(quantity)) = (integers, unbounded) {
-        return Err(BakeError::Range(*quantity));
-    }
-    match request.extent {
-        Extent::Size(found) if !WIDTHS.contains(&found) => Err(BakeError::Size { found }),
-        Extent::Tolerance(found) if !TOLERANCES.contains(&found) => {
-            Err(BakeError::Tolerance { found })
-        }
-        _ => Ok(()),
+
+    /// Why the invisible lobes of a material are not stored.
+    fn left_out(&self, invisible: f64) -> impl Iterator<Item = LeftOut> {
+        let lobes = self.material.lobes().iter().enumerate();
+        lobes.filter(|(j, _)| !self.visible[*j]).map(move |(j, lobe)| LeftOut {
+            material: self.material.name.clone(),
+            lobe: j,
+            reason: format!(
+                "rho_s {:e}: without this lobe f errs by less than {invisible:e}",
+                lobe.rho_s().into_iter().fold(0.0, f64::max)
+            ),
+        })
     }
 }
 
-/// Evaluates a material at its probes; a channel is visible if leaving its lobe out would err by
-/// more than `invisible` anywhere.
-fn sample(material: &Material, kind: MaskingKind, invisible: f64) -> Sampled<'_> {
-    let evaluator = |params| ChannelBrdf::with_accuracy(params, kind, MASKING_ACCURACY).tabulated();
-    let channels = material.channels.each_ref().map(evaluator);
-    let probes = probes(&channels, 0);
-    let visible =
-        std::array::from_fn(|c| probes.iter().any(|probe| probe.exact[c].error(0.0) > invisible));
-    Sampled { material, channels, probes, visible }
-}
-
-/// The distinct rows, and where each material ended up.
-fn assign_rows(sampled: &[Sampled<'_>], kind: MaskingKind) -> (Vec<Row>, Vec<Placed>) {
-    let mut rows = Vec::new();
+/// The distinct rows, and the place of each material.
+fn assign_rows(sampled: &[Sampled<'_>], kind: MaskingKind) -> (Rows, Vec<Placed>) {
+    let mut rows = Rows::default();
     let mut known = HashMap::new();
     let placed = sampled
         .iter()
-        .map(|Sampled { material, channels, visible, .. }| {
+        .map(|Sampled { material, brdf, visible, .. }| {
             let row = visible.contains(&true).then(|| {
                 *known.entry(sharing_key(material, kind, *visible)).or_insert_with(|| {
-                    rows.push(Row::new(&material.name, channels, *visible));
-                    rows.len() - 1
+                    rows.push(&material.name, brdf, *visible);
+                    rows.lobes.len() - 1
                 })
             });
-            Placed::new(material, row)
+            Placed::new(material, row, &rows)
         })
         .collect();
     (rows, placed)
 }
 
-/// Why the invisible channels of a material are not stored.
-fn left_out(sampled: &Sampled<'_>, invisible: f64) -> Vec<LeftOut> {
-    let without = Channel::ALL.into_iter().zip(sampled.visible).filter(|(_, visible)| !visible);
-    without
-        .map(|(channel, _)| LeftOut {
-            material: sampled.material.name.clone(),
-            channel,
-            reason: format!(
-                "rho_s {:e}: without its lobe f errs by less than {invisible:e}",
-                sampled.material.channels[channel as usize].rho_s
-            ),
-        })
-        .collect()
-}
-
 /// The albedo table, its error the largest difference of a moment from quadrature.
-fn fill_albedo(rows: &[Row], request: &Request) -> Result<Table, BakeError> {
-    let checks = albedo::Checks::new(rows);
-    let mut table = match request.extent {
-        Extent::Size(width) => albedo::tabulate(rows, width, request.depths.candidates()[0]),
-        Extent::Tolerance(e) => albedo::smallest(rows, &checks, e, request.depths)?,
+fn fill_albedo(rows: &Rows, request: &Request) -> Result<Table, BakeError> {
+    let checks = albedo::Checks::new(&rows.lobes);
+    let table = match request.extent {
+        Extent::Size(width) => albedo::tabulate(&rows.lobes, width, request.depths.candidates()[0]),
+        Extent::Tolerance(tolerance) => {
+            let search = Albedo::new(&rows.lobes, &checks, tolerance);
+            smallest(&search, &[], tolerance, request.depths)?
+        }
     };
-    table.error.measured = Some(checks.measure(&table));
-    Ok(table)
+    let error = checks.measure(&table);
+    Ok(noted(table, request, error))
 }
 
-/// What a search finds at the probes it has `seen`, with its largest error there and at probes it
-/// has not seen; where these refuse it, they count in the next search.
-fn verified<T, P>(
-    request: &Request,
-    mut seen: Vec<P>,
-    unseen: impl Fn(usize) -> Vec<P>,
-    search: impl Fn(&[P]) -> Result<T, BakeError>,
-    measure: impl Fn(&T, &[P]) -> f64,
-) -> Result<(T, f64), BakeError> {
-    const SEARCHES: usize = 4;
-    let mut round = 0;
-    loop {
-        let unseen = unseen(round);
-        let found = search(&seen)?;
-        let error = measure(&found, &seen).max(measure(&found, &unseen));
-        round += 1;
-        match request.keeps(error) {
-            Ok(()) => return Ok((found, error)),
-            Err(refused) if round == SEARCHES => return Err(refused),
-            Err(_) => seen.extend(unseen),
-        }
-    }
+/// A table with its error.
+fn noted(table: Table, request: &Request, measured: f64) -> Table {
+    let error = ErrorNote { tolerance: request.tolerance(), measured: Some(measured) };
+    Table { error, ..table }
 }
 
 /// The 3D table of a row, verified for every material that uses it.
 fn fill_volume(
-    rows: &[Row],
+    rows: &Rows,
     row: usize,
     placed: &[Placed],
     sampled: &[Sampled<'_>],
@@ -326,26 +173,26 @@ fn fill_volume(
     let seen: Vec<Probe> = users().flat_map(|s| s.probes.clone()).collect();
     let unseen = |round: usize| -> Vec<Probe> {
         let seeds = 1 + round * SEEDS..=(round + 1) * SEEDS;
-        users().flat_map(|s| seeds.clone().flat_map(|seed| probes(&s.channels, seed))).collect()
+        users().flat_map(|s| seeds.clone().flat_map(|seed| probes(&s.brdf, seed))).collect()
     };
+    let lobes = &rows.lobes[row];
     let search = |seen: &[Probe]| match request.extent {
-        Extent::Size(n) if !volume::AXIS.contains(&n) => Err(BakeError::Volume { found: n }),
-        Extent::Size(n) => {
-            Ok(volume::tabulate(&rows[row], row, [n; 3], request.depths.candidates()[0]))
+        Extent::Size(n) if !VOLUME_WIDTHS.contains(&n) => Err(BakeError::Volume { found: n }),
+        Extent::Size(n) => Ok(volume::tabulate(lobes, row, [n; 3], request.depths.candidates()[0])),
+        Extent::Tolerance(e) => {
+            smallest(&Volume::new(lobes, row, seen, e), seen, e, request.depths)
         }
-        Extent::Tolerance(e) => volume::smallest(&rows[row], row, seen, e, request.depths),
     };
-    let (mut table, error) = verified(request, seen, unseen, search, volume::measure)?;
-    table.error.measured = Some(error);
-    Ok(table)
+    let (table, error) = verified(request.tolerance(), seen, unseen, search, volume::measure)?;
+    Ok(noted(table, request, error))
 }
 
 /// The tables of the factors of f, of the size asked for or of the smallest that keeps the
 /// tolerance, verified.
 fn fill_factors(
-    rows: &[Row],
+    rows: &Rows,
     placed: &[Placed],
-    sampled: Vec<Sampled<'_>>,
+    sampled: &[Sampled<'_>],
     request: &Request,
 ) -> Result<Vec<Table>, BakeError> {
     let asked = |term: &Term| request.wants(term.quantity());
@@ -353,56 +200,25 @@ fn fill_factors(
     if terms.is_empty() {
         return Ok(Vec::new());
     }
-    let subject = |placed: &Placed, probes| {
-        placed.row.map(|row| Subject::new(rows, row, placed.ndf_peak, probes))
-    };
-    let (channels, sampled): (Vec<_>, Vec<_>) =
-        sampled.into_iter().map(|s| (s.channels, s.probes)).unzip();
-    let seen = sampled.into_iter().zip(placed).filter_map(|(probes, p)| subject(p, probes));
+    let materials = || sampled.iter().zip(placed);
+    let seen = materials().filter_map(|(s, placed)| Subject::new(rows, placed, s.probes.clone()));
     let unseen = |round: usize| -> Vec<Subject> {
-        let of_material = |(c, p): (_, &Placed)| subject(p, probes(c, 1 + round));
-        channels.par_iter().zip(placed).map(of_material).flatten_iter().collect()
+        let of_material = |(s, placed): (&Sampled<'_>, &Placed)| {
+            Subject::new(rows, placed, probes(&s.brdf, 1 + round))
+        };
+        sampled.par_iter().zip(placed).filter_map(of_material).collect()
     };
     let search = |seen: &[Subject]| match request.extent {
         Extent::Size(width) => {
             let depth = request.depths.candidates()[0];
-            Ok(terms.iter().map(|term| tabulate(*term, rows, width, depth)).collect())
+            Ok(terms.iter().map(|term| term.tabulate(rows, width, depth)).collect())
         }
-        Extent::Tolerance(e) => budget::smallest(rows, seen, &terms, e, request.depths),
+        Extent::Tolerance(e) => {
+            smallest(&Factors::new(rows, &terms, seen, e), seen, e, request.depths)
+        }
     };
     let filters = [Filter::Fetched, Filter::Hardware];
     let largest = |tables: &Vec<Table>, subjects: &[Subject]| measure(subjects, tables, &filters);
-    let (mut tables, error) = verified(request, seen.collect(), unseen, search, largest)?;
-    for table in &mut tables {
-        table.error.measured = Some(error);
-    }
-    Ok(tables)
-}
-
-/// One factor of all rows, `width` texels each.
-#[must_use]
-pub fn tabulate(term: Term, rows: &[Row], width: usize, depth: Depth) -> Table {
-    let axes = term.axes(rows);
-    let texels: Vec<[f64; 3]> = (0..rows.len() * width)
-        .into_par_iter()
-        .map(|i| texel(term, &axes[0], rows, i / width, (i % width) as f64 / (width - 1) as f64))
-        .collect();
-    Table {
-        quantity: term.quantity(),
-        size: vec![width, rows.len()],
-        encoding: term.encoding(),
-        texels: Texels::rounded(depth, &texels),
-        rows: rows.iter().map(|row| row.name.clone()).collect(),
-        row: None,
-        error: ErrorNote::default(),
-        axes,
-    }
-}
-
-/// The texel of a row at coordinate `u`, per channel.
-fn texel(term: Term, axis: &Axis, rows: &[Row], row: usize, u: f64) -> [f64; 3] {
-    rows[row].lobes.each_ref().map(|lobe| match (lobe, &axis.warp) {
-        (Some(lobe), Some(warp)) => term.texel(lobe, warp, row, u),
-        _ => term.absent_texel(),
-    })
+    let (tables, error) = verified(request.tolerance(), seen.collect(), unseen, search, largest)?;
+    Ok(tables.into_iter().map(|table| noted(table, request, error)).collect())
 }

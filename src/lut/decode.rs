@@ -5,13 +5,12 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 
 use crate::brdf::Reflectance;
-use crate::brdf::eval::{above_horizon, cos_theta_d};
-use crate::lut::bake::{BakeError, Depths, Extent, Request, bake};
+use crate::lut::bake::Baked;
 use crate::lut::quantity::{Encoding, Quantity};
-use crate::lut::table::{Depth, Filter, Table};
-use crate::material::{ChannelParams, Material};
-use crate::math::direction::{cos_theta, cot_theta, half_sum, tan2_theta};
-use crate::microfacet::masking::MaskingKind;
+use crate::lut::row::Placed;
+use crate::lut::table::{Filter, Table};
+use crate::material::Material;
+use crate::math::direction::{Angles, abs_cos_phi_d};
 
 /// How a coordinate between texel centres is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,158 +21,167 @@ pub enum Lookup {
     Filtered,
 }
 
-/// f(wi, wo) from the textures of D, G1 and F of one material.
+/// f(wi, wo) from the textures of D, G1 and F.
 ///
 /// # Formula
 ///
-/// f = ρd/π + (ρs/π) F(wi·h) D(h) G1(wi) G1(wo)/(cosθi cosθo), the factors from the tables.
+/// f = ρd/π + Σ_lobes (ρs/π) F(wi·h) D(h) G1(wi) G1(wo)/(cosθi cosθo), the factors from the tables.
 #[derive(Clone, Debug)]
 pub struct LutBrdf {
-    channels: [ChannelParams; 3],
-    ndf_peak: [f64; 3],
-    ndf: Table,
-    masking: Table,
-    fresnel: Table,
+    placed: Placed,
+    /// `ndf`, `masking` and `fresnel`; none for a material without a visible lobe.
+    tables: Option<[Table; 3]>,
     lookup: Lookup,
 }
 
 impl LutBrdf {
-    /// The material through freshly baked tables, `width` texels along each axis.
-    ///
-    /// # Errors
-    ///
-    /// A width that no texture has.
-    pub fn bake(
-        material: &Material,
-        width: usize,
-        depth: Depth,
-        lookup: Lookup,
-    ) -> Result<Self, BakeError> {
-        let table = |quantity: Quantity| {
-            let request = Request {
-                quantities: vec![quantity],
-                masking: MaskingKind::Exact,
-                extent: Extent::Size(width),
-                depths: Depths::Only(depth),
-            };
-            let baked = bake(&[material], &request)?;
-            let table = baked.tables.into_iter().next().ok_or(BakeError::NoMaterial)?;
-            Ok((table, baked.placed[0].ndf_peak))
+    /// A material of a bake, by its index among those given; `None` where the bake has no such
+    /// material, or lacks one of the three quantities.
+    #[must_use]
+    pub fn new(baked: &Baked, index: usize, lookup: Lookup) -> Option<Self> {
+        let placed = baked.placed.get(index)?.clone();
+        let find = |quantity| baked.tables.iter().find(|table| table.quantity == quantity).cloned();
+        let tables = match placed.row {
+            None => None,
+            Some(_) => {
+                Some([find(Quantity::Ndf)?, find(Quantity::Masking)?, find(Quantity::Fresnel)?])
+            }
         };
-        let (ndf, ndf_peak) = table(Quantity::Ndf)?;
-        let (masking, fresnel) = (table(Quantity::Masking)?.0, table(Quantity::Fresnel)?.0);
-        Ok(Self { channels: material.channels, ndf_peak, ndf, masking, fresnel, lookup })
+        Some(Self { placed, tables, lookup })
     }
 
     /// Bytes of the texels.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.ndf.bytes() + self.masking.bytes() + self.fresnel.bytes()
+        self.tables.iter().flatten().map(Table::bytes).sum()
     }
 
-    /// A table's value at `x`, per channel.
-    fn read(&self, table: &Table, x: f64) -> [f64; 3] {
-        let u = table.coordinate(0, 0, x);
+    /// The three numbers of a table's row at `x`.
+    fn read(&self, table: &Table, row: usize, x: f64) -> [f64; 3] {
+        let u = table.coordinate(0, row, x);
         let steps = (table.size[0] - 1) as f32;
         let u = match self.lookup {
             Lookup::Nearest => (u * steps).round() / steps,
             Lookup::Filtered => u,
         };
-        table.value(0, u, self.ndf_peak, Filter::Fetched)
+        table.value(row, u, self.placed.ndf_peaks(), Filter::Fetched)
+    }
+
+    /// Σ_lobes ρs F D (G1(wi)/cosθi) (G1(wo)/cosθo) per colour.
+    fn specular(&self, [ndf, masking, fresnel]: &[Table; 3], row: usize, at: &Angles) -> [f64; 3] {
+        let d = self.read(ndf, row, at.tan2_h);
+        let inv_cos4 = (1.0 + at.tan2_h).powi(2);
+        let [g1_i, g1_o] = at.cot.map(|cot| self.read(masking, row, cot));
+        let mut sums = [0.0; 3];
+        for (j, lobe) in self.placed.material.lobes().iter().enumerate() {
+            let f = self.read(fresnel, self.placed.fresnel_rows[j], at.cos_d);
+            let v = g1_i[j] / at.cos[0] * (g1_o[j] / at.cos[1]);
+            for (c, sum) in sums.iter_mut().enumerate() {
+                *sum += lobe.rho_s()[c] * f[c] * d[j] * inv_cos4 * v;
+            }
+        }
+        sums
     }
 }
 
 impl Reflectance for LutBrdf {
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        if !(above_horizon(wi) && above_horizon(wo)) {
-            return [0.0; 3];
-        }
-        let h = half_sum(wi, wo);
-        let x = tan2_theta(h);
-        let cos4 = (1.0 + x).powi(2);
-        let d = self.read(&self.ndf, x);
-        let f = self.read(&self.fresnel, cos_theta_d(h));
-        let [g1_i, g1_o] = [wi, wo].map(|w| self.read(&self.masking, cot_theta(w)));
-        std::array::from_fn(|c| {
-            let ChannelParams { rho_d, rho_s, .. } = self.channels[c];
-            let v = g1_i[c] / cos_theta(wi) * (g1_o[c] / cos_theta(wo));
-            FRAC_1_PI * (rho_d + rho_s * f[c] * d[c] * cos4 * v)
-        })
+        let Some(angles) = Angles::of(wi, wo) else { return [0.0; 3] };
+        let specular = match (&self.tables, self.placed.row) {
+            (Some(tables), Some(row)) => self.specular(tables, row, &angles),
+            _ => [0.0; 3],
+        };
+        let rho_d = self.placed.material.rho_d();
+        std::array::from_fn(|c| FRAC_1_PI * (rho_d[c] + specular[c]))
     }
 }
 
-/// f(wi, wo) from the 3D texture of one material's whole specular term.
+/// f(wi, wo) from the 3D texture of the whole specular term.
 ///
 /// # Formula
 ///
-/// f = ρd/π + (ρs/π) B(θh, θd, |cosφd|), |cosφd| = |cosθo − cosθi|/(2 sinθh sinθd)
+/// f = ρd/π + (Σρs/π) B(θh, θd, |cosφd|)
 #[derive(Clone, Debug)]
 pub struct VolumeBrdf {
-    channels: [ChannelParams; 3],
-    table: Table,
+    rho_d: [f64; 3],
+    /// Σρs of the lobes.
+    rho_s: [f64; 3],
+    /// None for a material without a visible lobe.
+    table: Option<Table>,
 }
 
 impl VolumeBrdf {
-    /// The material through a freshly baked table, `size` texels along each axis.
-    ///
-    /// # Errors
-    ///
-    /// A size that no texture has, or a material without a visible lobe.
-    pub fn bake(material: &Material, size: usize, depth: Depth) -> Result<Self, BakeError> {
-        let request = Request {
-            quantities: vec![Quantity::Brdf3d],
-            masking: MaskingKind::Exact,
-            extent: Extent::Size(size),
-            depths: Depths::Only(depth),
+    /// A material of a bake, by its index among those given; `None` where the bake has no such
+    /// material or no 3D table of it.
+    #[must_use]
+    pub fn new(baked: &Baked, index: usize) -> Option<Self> {
+        let placed = baked.placed.get(index)?;
+        let of_row = |table: &&Table| table.quantity == Quantity::Brdf3d && table.row == placed.row;
+        let table = match placed.row {
+            None => None,
+            Some(_) => Some(baked.tables.iter().find(of_row)?.clone()),
         };
-        let table = bake(&[material], &request)?.tables.into_iter().next();
-        Ok(Self { channels: material.channels, table: table.ok_or(BakeError::NoMaterial)? })
+        Some(Self { rho_d: placed.material.rho_d(), rho_s: total_rho_s(&placed.material), table })
     }
 
     /// Bytes of the texels.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.table.bytes()
+        self.table.as_ref().map_or(0, Table::bytes)
     }
+}
+
+/// Σρs of a material's lobes, per colour.
+fn total_rho_s(material: &Material) -> [f64; 3] {
+    let rho_s = |c: usize| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum();
+    [0, 1, 2].map(rho_s)
 }
 
 impl Reflectance for VolumeBrdf {
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        if !(above_horizon(wi) && above_horizon(wo)) {
-            return [0.0; 3];
+        let Some(angles) = Angles::of(wi, wo) else { return [0.0; 3] };
+        let mut brdf = [0.0; 3];
+        if let Some((table, Encoding::Times { factor })) =
+            self.table.as_ref().map(|table| (table, table.encoding))
+        {
+            let variables = [angles.tan2_h, angles.cos_d, abs_cos_phi_d(wi, wo)];
+            let u = std::array::from_fn(|axis| table.coordinate(axis, 0, variables[axis]));
+            let texel = table.fetch_3d(u, Filter::Fetched);
+            brdf = std::array::from_fn(|c| factor[c] * f64::from(texel[c]));
         }
-        let h = half_sum(wi, wo);
-        let (x, cos_d) = (tan2_theta(h), cos_theta_d(h));
-        let sin_h = (x / (1.0 + x)).sqrt();
-        let sin_d = ((1.0 - cos_d) * (1.0 + cos_d)).sqrt();
-        let swing = (cos_theta(wo) - cos_theta(wi)).abs() / (2.0 * sin_h * sin_d);
-        // At θh = 0 or θd = 0 every φd is the same.
-        let cos_phi = if swing.is_finite() { swing.min(1.0) } else { 0.0 };
-        let at = |axis: usize, value: f64| self.table.coordinate(axis, 0, value);
-        let u = [at(0, x), at(1, cos_d), at(2, cos_phi)];
-        let texel = self.table.fetch_3d(u, Filter::Fetched);
-        let Encoding::Times { factor } = self.table.encoding else { return [0.0; 3] };
-        std::array::from_fn(|c| {
-            let ChannelParams { rho_d, rho_s, .. } = self.channels[c];
-            FRAC_1_PI * (rho_d + rho_s * factor[c] * f64::from(texel[c]))
-        })
+        std::array::from_fn(|c| FRAC_1_PI * (self.rho_d[c] + self.rho_s[c] * brdf[c]))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::SgdBrdf;
-    use crate::material::find;
+    use crate::brdf::{MaskingKind, SgdBrdf};
+    use crate::lut::bake::bake;
+    use crate::lut::request::{Depths, Extent, Request};
+    use crate::lut::table::Depth;
+    use crate::material::{Material, find};
     use crate::math::direction::spherical;
+
+    fn baked(material: &Material, quantities: &[Quantity], size: usize, depth: Depth) -> Baked {
+        let request = Request {
+            quantities: quantities.to_vec(),
+            masking: MaskingKind::Exact,
+            extent: Extent::Size(size),
+            depths: Depths::Only(depth),
+        };
+        bake(&[material], &request).expect("a size that textures have")
+    }
+
+    const FACTORS: [Quantity; 3] = [Quantity::Ndf, Quantity::Masking, Quantity::Fresnel];
 
     #[test]
     fn finer_tables_are_nearer_and_filtering_helps() {
         let material = &find("gold-paint").expect("in the catalogue").material;
         let exact = SgdBrdf::new(material, MaskingKind::Exact);
         let error = |width: usize, lookup: Lookup| -> f64 {
-            let lut =
-                LutBrdf::bake(material, width, Depth::Float, lookup).expect("a size it can have");
+            let baked = baked(material, &FACTORS, width, Depth::Float);
+            let lut = LutBrdf::new(&baked, 0, lookup).expect("all three are baked");
             let of = |i: u32| {
                 let wo = spherical(0.015 * f64::from(i), 0.0);
                 let wi = spherical(0.013 * f64::from(i), 3.0);
@@ -191,7 +199,8 @@ mod tests {
     fn the_volume_is_the_whole_reflectance() {
         let material = &find("gold-paint").expect("in the catalogue").material;
         let exact = SgdBrdf::new(material, MaskingKind::Exact);
-        let volume = VolumeBrdf::bake(material, 96, Depth::Float).expect("a size it can have");
+        let baked = baked(material, &[Quantity::Brdf3d], 96, Depth::Float);
+        let volume = VolumeBrdf::new(&baked, 0).expect("baked");
         for i in 1..60 {
             let wo = spherical(0.02 * f64::from(i), 0.0);
             let wi = spherical(0.017 * f64::from(60 - i), 0.05 * f64::from(i) + 1.0);
@@ -200,12 +209,54 @@ mod tests {
         }
     }
 
+    /// Two lobes that colour all channels, through both kinds of textures.
+    #[test]
+    fn overlapping_lobes_come_back() {
+        let lobe = |name: &str, c: usize| {
+            let entry = find(name).expect("in the catalogue");
+            crate::material::LobeParams::new(crate::material::LobeFields {
+                alpha: entry.channels[c].alpha,
+                p: entry.channels[c].p,
+                masking: None,
+                rho_s: [0.3, 0.2, 0.1],
+                f0: [0.2, 0.3, 0.4],
+                f1: [0.0, -0.1, 0.1],
+            })
+            .expect("in range")
+        };
+        let lobes = vec![lobe("gold-paint", 1), lobe("pink-fabric", 1)];
+        let material = Material::new("two", [0.1, 0.2, 0.3], lobes).expect("two lobes");
+        let exact = SgdBrdf::new(&material, MaskingKind::Exact);
+        let [factors, volume] =
+            [&FACTORS[..], &[Quantity::Brdf3d]].map(|q| baked(&material, q, 200, Depth::Float));
+        let lut = LutBrdf::new(&factors, 0, Lookup::Filtered).expect("baked");
+        let volume = VolumeBrdf::new(&volume, 0).expect("baked");
+        for i in 1..60 {
+            let wo = spherical(0.02 * f64::from(i), 0.0);
+            let wi = spherical(0.017 * f64::from(60 - i), 0.05 * f64::from(i) + 1.0);
+            for c in 0..3 {
+                let exact = exact.eval(wi, wo)[c];
+                let (a, b) = (lut.eval(wi, wo)[c], volume.eval(wi, wo)[c]);
+                assert!((a / exact - 1.0).abs() < 2e-3, "{i}: {a} {exact}");
+                assert!((b / exact - 1.0).abs() < 1e-2, "{i}: {b} {exact}");
+            }
+        }
+    }
+
     #[test]
     fn below_the_horizon_is_dark() {
         let material = &find("chrome").expect("in the catalogue").material;
-        let lut =
-            LutBrdf::bake(material, 16, Depth::Half, Lookup::Filtered).expect("a size it can have");
+        let baked = baked(material, &FACTORS, 16, Depth::Half);
+        let lut = LutBrdf::new(&baked, 0, Lookup::Filtered).expect("baked");
         assert_eq!(lut.eval(spherical(2.0, 0.0), DVec3::Z), [0.0; 3]);
         assert_eq!(lut.bytes(), 3 * 16 * 3 * 2);
+    }
+
+    #[test]
+    fn a_material_without_a_lobe_is_its_diffuse_colour() {
+        let material = Material::new("matte", [0.1, 0.2, 0.3], Vec::new()).expect("in range");
+        let lut = LutBrdf::new(&baked(&material, &FACTORS, 16, Depth::Half), 0, Lookup::Filtered);
+        let f = lut.expect("nothing is missing").eval(DVec3::Z, spherical(0.3, 0.0));
+        assert_eq!(f, [0.1, 0.2, 0.3].map(|rho_d| FRAC_1_PI * rho_d));
     }
 }

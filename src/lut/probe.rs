@@ -4,9 +4,10 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
 use glam::DVec3;
 
-use crate::brdf::ChannelBrdf;
-use crate::brdf::eval::{above_horizon, cos_theta_d};
-use crate::math::direction::{cos_theta, cot_theta, from_cos_sin, half_sum, spherical, tan2_theta};
+use crate::brdf::SgdBrdf;
+use crate::material::MAX_LOBES;
+use crate::math::direction::{Angles, above_horizon, abs_cos_phi_d, from_cos_sin, spherical};
+use crate::microfacet::Distribution as _;
 
 /// Viewers that a set of probes covers.
 const VIEWERS: usize = 40;
@@ -18,41 +19,44 @@ const LIGHTS: usize = 12;
 /// One pair of directions and the exact values there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
-    /// tan²θh.
-    pub tan2_theta_h: f64,
-    /// cosθd.
-    pub cos_theta_d: f64,
-    /// cotθ of the light and the viewer.
-    pub cot_theta: [f64; 2],
-    /// cosθ of the light and the viewer.
-    pub cos_theta: [f64; 2],
-    /// Exact values per channel.
-    pub exact: [Exact; 3],
+    /// The angles of the pair.
+    pub angles: Angles,
+    /// |cosφd|.
+    pub abs_cos_phi_d: f64,
+    /// The exact factors of each lobe.
+    pub lobes: [ExactLobe; MAX_LOBES],
+    /// The exact values of each colour.
+    pub colours: [Exact; 3],
 }
 
-impl Probe {
-    /// |cosφd| of the difference vector: 2 sinθh sinθd |cosφd| = |cosθi − cosθo|.
+/// The exact factors of one lobe at a probe.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExactLobe {
+    /// D(h).
+    pub ndf: f64,
+    /// F(cosθd) per colour.
+    pub fresnel: [f64; 3],
+    /// G1 of the light and the viewer.
+    pub g1: [f64; 2],
+    /// ρs/(π cosθo) per colour: the scale of F D G1 G1 in f_specular·cosθi.
+    pub scale: [f64; 3],
+}
+
+impl ExactLobe {
+    /// The lobe's part of f·cosθi, per colour.
     #[must_use]
-    pub fn abs_cos_phi_d(&self) -> f64 {
-        let sin2_theta_h = self.tan2_theta_h / (1.0 + self.tan2_theta_h);
-        let sin2_theta_d = ((1.0 - self.cos_theta_d) * (1.0 + self.cos_theta_d)).max(0.0);
-        let [cos_i, cos_o] = self.cos_theta;
-        let cos = 0.5 * (cos_i - cos_o).abs() / (sin2_theta_h * sin2_theta_d).sqrt();
-        if cos.is_nan() { 0.0 } else { cos.min(1.0) }
+    pub fn specular(&self) -> [f64; 3] {
+        let Self { ndf, fresnel, g1, scale } = self;
+        std::array::from_fn(|c| match scale[c] {
+            0.0 => 0.0,
+            scale => scale * fresnel[c] * ndf * g1[0] * g1[1],
+        })
     }
 }
 
-/// The exact factors of one channel at a probe, and what an error there is measured by.
+/// The exact values of one colour at a probe, and the measure of an error there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exact {
-    /// D(h).
-    pub ndf: f64,
-    /// F(cosθd).
-    pub fresnel: f64,
-    /// G1 of the light and the viewer.
-    pub g1: [f64; 2],
-    /// ρs/(π cosθo): what the product of the factors is multiplied by for f_specular·cosθi.
-    pub scale: f64,
     /// f_specular·cosθi.
     pub specular: f64,
     /// |f|·cosθi.
@@ -86,13 +90,13 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// The reach of channels of these widths: from well inside the sharpest peak to where the
-    /// widest has vanished.
+    /// The reach of a material's lobes: from well inside the sharpest peak to where the widest has
+    /// vanished.
     #[must_use]
-    pub fn new(channels: &[ChannelBrdf; 3]) -> Self {
-        let alphas = channels.each_ref().map(|channel| channel.ndf.alpha());
-        let sharpest = alphas.into_iter().fold(f64::INFINITY, f64::min);
-        let widest = alphas.into_iter().fold(0.0, f64::max);
+    pub fn new(brdf: &SgdBrdf) -> Self {
+        let alphas = || brdf.lobes.iter().map(|lobe| lobe.distribution.alpha());
+        let sharpest = alphas().fold(f64::INFINITY, f64::min);
+        let widest = alphas().fold(0.0, f64::max);
         Self {
             tan2_theta_h: [0.1 * sharpest * sharpest.min(0.1), 60.0 * widest],
             grazing: sharpest.sqrt().min(1.0),
@@ -107,13 +111,16 @@ impl Reach {
 /// The largest |f|cosθi met for a viewer stands for the maximum over wi: never above it, so an
 /// error is never understated.
 #[must_use]
-pub fn probes(channels: &[ChannelBrdf; 3], seed: usize) -> Vec<Probe> {
-    let reach = Reach::new(channels);
+pub fn probes(brdf: &SgdBrdf, seed: usize) -> Vec<Probe> {
+    if brdf.lobes.is_empty() {
+        return Vec::new();
+    }
+    let reach = Reach::new(brdf);
     (0..VIEWERS)
         .flat_map(|viewer| {
             let index = seed * VIEWERS + viewer;
             let wo = viewer_direction(viewer, index, reach.grazing);
-            of_viewer(channels, wo, lights(wo, index, &reach))
+            of_viewer(brdf, wo, lights(wo, index, &reach))
         })
         .collect()
 }
@@ -162,36 +169,36 @@ fn spread(k: usize, dimension: usize) -> f64 {
 }
 
 /// The probes of one viewer, their bounds set from the largest value met.
-fn of_viewer(
-    channels: &[ChannelBrdf; 3],
-    wo: DVec3,
-    lights: impl Iterator<Item = DVec3>,
-) -> Vec<Probe> {
-    let g1_o = channels.each_ref().map(|channel| channel.masking.g1(cot_theta(wo)));
-    let mut probes: Vec<Probe> = lights.map(|wi| probe(channels, wi, wo, g1_o)).collect();
+fn of_viewer(brdf: &SgdBrdf, wo: DVec3, lights: impl Iterator<Item = DVec3>) -> Vec<Probe> {
+    let mut probes: Vec<Probe> = lights.filter_map(|wi| probe(brdf, wi, wo)).collect();
     for c in 0..3 {
-        let largest = probes.iter().map(|probe| probe.exact[c].reflected).fold(0.0, f64::max);
+        let largest = probes.iter().map(|probe| probe.colours[c].reflected).fold(0.0, f64::max);
         for probe in &mut probes {
-            probe.exact[c].bound = largest + probe.exact[c].reflected;
+            probe.colours[c].bound = largest + probe.colours[c].reflected;
         }
     }
     probes
 }
 
-fn probe(channels: &[ChannelBrdf; 3], wi: DVec3, wo: DVec3, g1_o: [f64; 3]) -> Probe {
-    let h = half_sum(wi, wo);
-    let (tan2_theta_h, cos_theta_d) = (tan2_theta(h), cos_theta_d(h));
-    let cot_theta = [wi, wo].map(cot_theta);
-    let cos_theta = [wi, wo].map(cos_theta);
-    let exact = std::array::from_fn(|c| {
-        let channel = &channels[c];
-        let ndf = channel.ndf.eval(tan2_theta_h);
-        let fresnel = channel.fresnel.eval(cos_theta_d);
-        let g1 = [channel.masking.g1(cot_theta[0]), g1_o[c]];
-        let scale = channel.rho_s * FRAC_1_PI / cos_theta[1];
-        let specular = scale * fresnel * ndf * g1[0] * g1[1];
-        let reflected = (channel.rho_d * FRAC_1_PI * cos_theta[0] + specular).abs();
-        Exact { ndf, fresnel, g1, scale, specular, reflected, bound: 0.0 }
-    });
-    Probe { tan2_theta_h, cos_theta_d, cot_theta, cos_theta, exact }
+/// The exact values of a pair; `None` below the horizon.
+fn probe(brdf: &SgdBrdf, wi: DVec3, wo: DVec3) -> Option<Probe> {
+    let angles = Angles::of(wi, wo)?;
+    let mut lobes = [ExactLobe::default(); MAX_LOBES];
+    let mut specular = [0.0; 3];
+    for (lobe, slot) in brdf.lobes.iter().zip(&mut lobes) {
+        *slot = ExactLobe {
+            ndf: lobe.distribution.ndf(angles.tan2_h),
+            fresnel: lobe.fresnel.map(|fresnel| fresnel.eval(angles.cos_d)),
+            g1: angles.cot.map(|cot| lobe.g1(cot)),
+            scale: lobe.rho_s.map(|rho_s| rho_s * FRAC_1_PI / angles.cos[1]),
+        };
+        let of_lobe = slot.specular();
+        specular = std::array::from_fn(|c| specular[c] + of_lobe[c]);
+    }
+    let colour = |c: usize| {
+        let reflected = (brdf.rho_d[c] * FRAC_1_PI * angles.cos[0] + specular[c]).abs();
+        Exact { specular: specular[c], reflected, bound: 0.0 }
+    };
+    let colours = [0, 1, 2].map(colour);
+    Some(Probe { angles, abs_cos_phi_d: abs_cos_phi_d(wi, wo), lobes, colours })
 }

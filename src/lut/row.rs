@@ -1,83 +1,147 @@
 //! Rows: the distinct lobes among the materials of a bake, each stored once.
 
-use crate::brdf::ChannelBrdf;
-use crate::material::{ChannelParams, Material};
-use crate::microfacet::masking::MaskingKind;
-use crate::microfacet::{BeckmannMixture, FittedMasking, SgdNdf, SmithMasking};
+use crate::brdf::{Lobe, MaskingKind, SgdBrdf};
+use crate::material::{LobeParams, MAX_LOBES, Material};
+use crate::microfacet::{FittedMasking, Fresnel, Sgd, SgdNdf};
 
-/// Relative accuracy of the masking that is baked: below what a float texel can hold.
-pub(crate) const MASKING_ACCURACY: f64 = 1e-8;
+/// The rows of a bake's textures.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rows {
+    /// One for each distinct set of lobes: a row of `ndf` and `masking`, three of `albedo`.
+    pub lobes: Vec<Row>,
+    /// The rows of `fresnel`.
+    pub fresnel: Vec<FresnelRow>,
+}
 
-/// One texture row: a material's visible lobes.
+/// The visible lobes of a material: texel channel j holds lobe j.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// The first material that uses it.
     pub name: String,
-    /// Evaluators in the order r, g, b; `None` where no lobe is stored.
-    pub lobes: [Option<ChannelBrdf>; 3],
+    /// The lobes; `None` where none is stored.
+    pub lobes: [Option<Lobe<Sgd>>; MAX_LOBES],
+    /// The row of `fresnel` that holds each lobe's curves.
+    pub fresnel_rows: [usize; MAX_LOBES],
+    /// Σρs per colour over all lobes, stored or not: what a decoder multiplies a 3D texel by.
+    pub total_rho_s: [f64; 3],
 }
 
-/// Where a material of a bake ended up.
+/// A row of `fresnel`: a curve per colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FresnelRow {
+    /// The first material that uses it.
+    pub name: String,
+    /// The curve of each colour; `None` where no stored lobe reflects it.
+    pub curves: [Option<Fresnel>; 3],
+}
+
+/// The place of a material in the textures of a bake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
-    /// Its name.
-    pub name: String,
-    /// Its parameters, the masking fit always among them.
-    pub channels: [ChannelParams; 3],
+    /// The material, each lobe with its masking fit.
+    pub material: Material,
     /// The row that it uses; `None` where all its lobes are left out.
     pub row: Option<usize>,
-    /// D(0) per channel \[1/sr\], the factor of the `ndf` texels.
-    pub ndf_peak: [f64; 3],
+    /// The row of `fresnel` of each lobe; empty where all are left out.
+    pub fresnel_rows: Vec<usize>,
+    /// D(0) of each lobe \[1/sr\], the factor of the `ndf` texels.
+    pub ndf_peak: Vec<f64>,
 }
 
 impl Placed {
-    /// A material placed in a row.
+    /// A material placed in a row of `rows`.
     #[must_use]
-    pub fn new(material: &Material, row: Option<usize>) -> Self {
-        let peak = |params: &ChannelParams| SgdNdf::new(params.alpha, params.p).peak();
+    pub fn new(material: &Material, row: Option<usize>, rows: &Rows) -> Self {
+        let lobes = material.lobes();
+        let peak = |lobe: &LobeParams| SgdNdf::new(lobe.alpha(), lobe.p()).peak();
+        let fresnel_rows = row.map_or(&[][..], |row| &rows.lobes[row].fresnel_rows[..lobes.len()]);
         Self {
-            name: material.name.clone(),
-            channels: material.channels.map(with_masking_fit),
+            material: with_masking_fits(material),
             row,
-            ndf_peak: material.channels.each_ref().map(peak),
+            fresnel_rows: fresnel_rows.to_vec(),
+            ndf_peak: lobes.iter().map(peak).collect(),
         }
+    }
+
+    /// D(0) for each texel channel; 1 where the material has no lobe.
+    #[must_use]
+    pub fn ndf_peaks(&self) -> [f64; MAX_LOBES] {
+        std::array::from_fn(|j| self.ndf_peak.get(j).copied().unwrap_or(1.0))
     }
 }
 
-/// The parameters with the masking fit, made from the exact masking where none was given.
-fn with_masking_fit(params: ChannelParams) -> ChannelParams {
-    let fitted = || {
-        let mixture = BeckmannMixture::new(params.alpha, params.p, MASKING_ACCURACY);
-        FittedMasking::fit(&SmithMasking::new(&mixture)).params()
-    };
-    ChannelParams { masking: Some(params.masking.unwrap_or_else(fitted)), ..params }
+/// The material with a masking fit for each lobe, made from the exact masking where none was given.
+#[must_use]
+pub fn with_masking_fits(material: &Material) -> Material {
+    material.clone().map_lobes(|lobe| {
+        let fit = || FittedMasking::of(&lobe).params();
+        lobe.with_masking(lobe.masking().unwrap_or_else(fit))
+    })
+}
+
+impl Rows {
+    /// Adds the row of a material's lobes without those for which `visible` is false, and its rows
+    /// of `fresnel`: one where no colour has two stored lobes, else one for each lobe.
+    pub fn push(&mut self, name: &str, brdf: &SgdBrdf, visible: [bool; MAX_LOBES]) {
+        let lobe = |j: usize| brdf.lobes.get(j).filter(|_| visible[j]).cloned();
+        let lobes: [Option<Lobe<Sgd>>; MAX_LOBES] = std::array::from_fn(lobe);
+        let first = self.fresnel.len();
+        let mut fresnel_rows = [first; MAX_LOBES];
+        let name = name.to_owned();
+        if (0..3).all(|c| colouring(&lobes, c).count() <= 1) {
+            let curve = |c: usize| colouring(&lobes, c).next().map(|lobe| lobe.fresnel[c]);
+            let curves = [0, 1, 2].map(curve);
+            self.fresnel.push(FresnelRow { name: name.clone(), curves });
+        } else {
+            for (lobe, row) in lobes.iter().zip(&mut fresnel_rows) {
+                if let Some(lobe) = lobe {
+                    *row = self.fresnel.len();
+                    let curves = lobe.fresnel.map(Some);
+                    self.fresnel.push(FresnelRow { name: name.clone(), curves });
+                }
+            }
+        }
+        let total_rho_s = [0, 1, 2].map(|c| brdf.lobes.iter().map(|lobe| lobe.rho_s[c]).sum());
+        self.lobes.push(Row { name, lobes, fresnel_rows, total_rho_s });
+    }
+}
+
+/// The stored lobes that colour a channel.
+fn colouring(lobes: &[Option<Lobe<Sgd>>; MAX_LOBES], c: usize) -> impl Iterator<Item = &Lobe<Sgd>> {
+    lobes.iter().flatten().filter(move |lobe| lobe.rho_s[c] > 0.0)
 }
 
 impl Row {
-    /// The row of a material's `channels`, without those for which `visible` is false.
-    #[must_use]
-    pub fn new(name: &str, channels: &[ChannelBrdf; 3], visible: [bool; 3]) -> Self {
-        let lobe = |c: usize| visible[c].then(|| channels[c].clone());
-        Self { name: name.to_owned(), lobes: std::array::from_fn(lobe) }
+    /// The lobes that are stored.
+    pub fn visible(&self) -> impl Iterator<Item = &Lobe<Sgd>> {
+        self.lobes.iter().flatten()
     }
 
-    /// The lobes that are stored.
-    pub fn visible(&self) -> impl Iterator<Item = &ChannelBrdf> {
-        self.lobes.iter().flatten()
+    /// Each stored lobe's share ρs/Σρs of a colour; 0 where no lobe colours it.
+    #[must_use]
+    pub fn shares(&self, c: usize) -> [f64; MAX_LOBES] {
+        let rho_s = self.lobes.each_ref().map(|lobe| lobe.as_ref().map_or(0.0, |l| l.rho_s[c]));
+        let total = self.total_rho_s[c];
+        if total > 0.0 { rho_s.map(|rho_s| rho_s / total) } else { rho_s }
     }
 }
 
-/// What decides whether two materials can share a row: the bits of every number that a texel
-/// depends on. Neither name nor albedo is among them.
+/// The bits that decide whether two materials can share a row: of every number that a texel
+/// depends on. Neither name nor diffuse colour is among them, nor ρs but for its shares.
 #[must_use]
-pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; 3]) -> Vec<u64> {
-    let channel = |params: &ChannelParams| {
-        let masking = params.masking.filter(|_| kind == MaskingKind::Fitted);
+pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; MAX_LOBES]) -> Vec<u64> {
+    let totals =
+        [0, 1, 2].map(|c| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum::<f64>());
+    let of_lobe = |(lobe, visible): (&LobeParams, bool)| -> Vec<u64> {
+        if !visible {
+            return vec![0];
+        }
+        let masking = lobe.masking().filter(|_| kind == MaskingKind::Fitted);
         let fitted = masking.map_or([0.0; 3], |m| [m.lambda, m.c, m.k]);
-        let shape = [params.alpha, params.p, params.f0, params.f1];
-        shape.into_iter().chain(fitted).map(f64::to_bits)
+        let share = |c: usize| if totals[c] > 0.0 { lobe.rho_s()[c] / totals[c] } else { 0.0 };
+        let shares = [0, 1, 2].map(share);
+        let numbers = [[lobe.alpha(), lobe.p(), 0.0], lobe.f0(), lobe.f1(), fitted, shares];
+        numbers.into_iter().flatten().map(f64::to_bits).collect()
     };
-    let stored =
-        material.channels.iter().zip(visible).map(|(params, visible)| visible.then_some(params));
-    stored.flat_map(|params| params.map_or_else(|| vec![0], |p| channel(p).collect())).collect()
+    material.lobes().iter().zip(visible).flat_map(of_lobe).collect()
 }

@@ -3,13 +3,13 @@
 use std::str::FromStr;
 
 use half::f16;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::lut::axis::Axis;
 use crate::lut::quantity::{Encoding, Factor, Quantity};
 
 /// The number format of a texel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Depth {
     /// 16-bit floating point.
@@ -146,7 +146,7 @@ impl Texels {
 }
 
 /// The error of what a table decodes to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorNote {
     /// The error that was promised; none for a size that was asked for.
     pub tolerance: Option<f64>,

@@ -1,9 +1,13 @@
 //! The factors of f that 2D textures store: their axes and their texels.
 
-use crate::brdf::ChannelBrdf;
+use rayon::prelude::*;
+
+use crate::brdf::Lobe;
 use crate::lut::axis::{Axis, Variable, Warp};
 use crate::lut::quantity::{Encoding, Factor, Quantity};
-use crate::lut::row::Row;
+use crate::lut::row::{Row, Rows};
+use crate::lut::table::{Depth, ErrorNote, Table, Texels};
+use crate::microfacet::{Sgd, grazing_limit};
 
 /// The texel whose exponential is an exact 0 in every precision: the lowest half float.
 pub const ZERO_TEXEL: f64 = -65504.0;
@@ -15,7 +19,7 @@ const NDF_END: f64 = 80.0;
 /// The cotθ and coordinate that stand for the limit at grazing.
 const GRAZING: f64 = 1e-12;
 
-/// A factor of f = ρd/π + ρs/π · F D G1(wi) G1(wo)/(cosθi cosθo).
+/// A factor of a lobe (ρs/π) F D G1(wi) G1(wo)/(cosθi cosθo).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Term {
     /// The slope density D·cos⁴θh, relative to its peak and as a logarithm.
@@ -67,7 +71,7 @@ impl Term {
 
     /// The axes of a texture that holds `rows`.
     #[must_use]
-    pub fn axes(self, rows: &[Row]) -> Vec<Axis> {
+    pub fn axes(self, rows: &Rows) -> Vec<Axis> {
         vec![Axis { variable: self.variable(), warp: Some(self.warp(rows)) }, Axis::ROW]
     }
 
@@ -82,8 +86,8 @@ impl Term {
 
     /// The warp of the first axis, with the constants of each row.
     #[must_use]
-    pub fn warp(self, rows: &[Row]) -> Warp {
-        let per_row = |constant: fn(&Row) -> f64| rows.iter().map(constant).collect();
+    pub fn warp(self, rows: &Rows) -> Warp {
+        let per_row = |constant: fn(&Row) -> f64| rows.lobes.iter().map(constant).collect();
         match self {
             Self::Ndf => Warp::Log1p { scale: per_row(ndf_scale), max: per_row(ndf_max) },
             Self::Masking => Warp::Rational { scale: per_row(masking_scale) },
@@ -91,24 +95,75 @@ impl Term {
         }
     }
 
-    /// The texel of one channel at coordinate `u` of the first axis, warped by `warp` for `row`.
+    /// How many rows its texture has.
     #[must_use]
-    pub fn texel(self, lobe: &ChannelBrdf, warp: &Warp, row: usize, u: f64) -> f64 {
+    pub fn row_count(self, rows: &Rows) -> usize {
         match self {
-            // The last texel closes the table with an exact 0.
-            Self::Ndf if u >= 1.0 => ZERO_TEXEL,
-            Self::Ndf => lobe.ndf.log_decay(warp.variable(row, u)).max(ZERO_TEXEL),
-            Self::Masking => {
-                let u = u.max(GRAZING);
-                (lobe.masking.g1(warp.variable(row, u)) / u).ln()
-            }
-            Self::Fresnel => lobe.fresnel.eval(warp.variable(row, u)),
+            Self::Ndf | Self::Masking => rows.lobes.len(),
+            Self::Fresnel => rows.fresnel.len(),
         }
     }
 
-    /// The texel of a channel whose lobe is left out: it decodes to a vanishing reflectance.
+    /// The first material of each row.
+    fn row_names(self, rows: &Rows) -> Vec<String> {
+        match self {
+            Self::Ndf | Self::Masking => rows.lobes.iter().map(|row| row.name.clone()).collect(),
+            Self::Fresnel => rows.fresnel.iter().map(|row| row.name.clone()).collect(),
+        }
+    }
+
+    /// The exact texel channels of a row at coordinate `u` of the first axis, warped by `warp`;
+    /// `None` where nothing is stored.
     #[must_use]
-    pub fn absent_texel(self) -> f64 {
+    pub fn texel(self, rows: &Rows, row: usize, warp: &Warp, u: f64) -> [Option<f64>; 3] {
+        let lobes = || rows.lobes[row].lobes.each_ref().map(Option::as_ref);
+        match self {
+            // The last texel closes the table with an exact 0.
+            Self::Ndf if u >= 1.0 => lobes().map(|lobe| lobe.map(|_| ZERO_TEXEL)),
+            Self::Ndf => {
+                let x = warp.variable(row, u);
+                let texel =
+                    |lobe: &Lobe<Sgd>| lobe.distribution.closed_form().log_decay(x).max(ZERO_TEXEL);
+                lobes().map(|lobe| lobe.map(texel))
+            }
+            Self::Masking => {
+                let u = u.max(GRAZING);
+                let cot = warp.variable(row, u);
+                lobes().map(|lobe| lobe.map(|lobe| (lobe.g1(cot) / u).ln()))
+            }
+            Self::Fresnel => {
+                let cos = warp.variable(row, u);
+                rows.fresnel[row].curves.map(|curve| curve.map(|curve| curve.eval(cos)))
+            }
+        }
+    }
+
+    /// The texture of all rows, `width` texels each.
+    #[must_use]
+    pub fn tabulate(self, rows: &Rows, width: usize, depth: Depth) -> Table {
+        let (axes, count) = (self.axes(rows), self.row_count(rows));
+        let warp = self.warp(rows);
+        let texel = |i: usize| {
+            let u = (i % width) as f64 / (width - 1) as f64;
+            let stored = self.texel(rows, i / width, &warp, u);
+            stored.map(|texel| texel.unwrap_or(self.absent_texel()))
+        };
+        let texels: Vec<[f64; 3]> = (0..count * width).into_par_iter().map(texel).collect();
+        Table {
+            quantity: self.quantity(),
+            size: vec![width, count],
+            encoding: self.encoding(),
+            texels: Texels::rounded(depth, &texels),
+            rows: self.row_names(rows),
+            row: None,
+            error: ErrorNote::default(),
+            axes,
+        }
+    }
+
+    /// The texel of a lobe that is left out: it decodes to a vanishing reflectance.
+    #[must_use]
+    fn absent_texel(self) -> f64 {
         match self {
             Self::Ndf => ZERO_TEXEL,
             Self::Masking | Self::Fresnel => 0.0,
@@ -120,8 +175,8 @@ impl Term {
 /// does not.
 #[must_use]
 pub fn ndf_scale(row: &Row) -> f64 {
-    let of_lobe = |lobe: &ChannelBrdf| {
-        let (alpha, p) = (lobe.ndf.alpha(), lobe.ndf.p());
+    let of_lobe = |lobe: &Lobe<Sgd>| {
+        let (alpha, p) = (lobe.distribution.alpha(), lobe.distribution.p());
         (alpha * alpha * (1.0 + (0.4 / p).sqrt())).min(0.3 * alpha)
     };
     row.visible().map(of_lobe).fold(f64::INFINITY, f64::min)
@@ -129,13 +184,12 @@ pub fn ndf_scale(row: &Row) -> f64 {
 
 /// The end m of the `ndf` axis: where the widest lobe has vanished.
 fn ndf_max(row: &Row) -> f64 {
-    row.visible().map(|lobe| NDF_END * lobe.ndf.alpha()).fold(0.0, f64::max)
+    row.visible().map(|lobe| NDF_END * lobe.distribution.alpha()).fold(0.0, f64::max)
 }
 
-/// The scale s of the `masking` axis: lim cotθ/G1 at grazing, the channels' geometric mean.
+/// The scale s of the `masking` axis: lim cotθ/G1 at grazing, the lobes' geometric mean.
 #[must_use]
 pub fn masking_scale(row: &Row) -> f64 {
-    let logs: Vec<f64> =
-        row.visible().map(|lobe| (GRAZING / lobe.masking.g1(GRAZING)).ln()).collect();
+    let logs: Vec<f64> = row.visible().map(|lobe| grazing_limit(|cot| lobe.g1(cot)).ln()).collect();
     (logs.iter().sum::<f64>() / logs.len() as f64).exp()
 }

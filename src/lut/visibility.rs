@@ -1,10 +1,11 @@
-//! v = G1/cosθ of a row's three channels in single precision, for tables with millions of texels.
+//! v = G1/cosθ of a row's lobes in single precision, for tables with millions of texels.
 
-use crate::brdf::ChannelBrdf;
+use crate::brdf::Lobe;
 use crate::lut::row::Row;
 use crate::lut::term::masking_scale;
 use crate::math::arithmetic::{Arithmetic, max, min};
 use crate::math::chebyshev::{nodes, powers, series};
+use crate::microfacet::Sgd;
 
 /// Directions that are worked on together.
 pub const BLOCK: usize = 128;
@@ -12,7 +13,7 @@ pub const BLOCK: usize = 128;
 pub type Lanes = [f32; BLOCK];
 
 /// The coefficients of a polynomial that is fitted, before those that do not count are dropped.
-pub const MOST: usize = 20;
+pub const MAX_ORDER: usize = 20;
 /// s as a multiple of where masking sets in: the polynomials are shortest around here.
 const WIDTH: f64 = 3.0;
 /// Below the horizon v continues as far as this u.
@@ -34,24 +35,24 @@ pub struct Visibility {
     scale: f32,
     /// What takes u into [0, 2].
     stretch: f32,
-    /// Coefficients over [−1, 1] of each channel, and how many there are.
-    coefficients: [[f32; MOST]; 3],
+    /// Coefficients over [−1, 1] of each lobe, and how many there are.
+    coefficients: [[f32; MAX_ORDER]; 3],
     count: usize,
-    /// d(ln v)/du at the horizon, of each channel.
-    slope: [f32; 3],
+    /// d(ln v)/du at the horizon, of each lobe.
+    log_slope: [f32; 3],
 }
 
 impl Visibility {
-    /// The polynomials of a row, 0 for a channel without a lobe. Coefficients are dropped that
+    /// The polynomials of a row, 0 where there is no lobe. Coefficients are dropped that
     /// change v by less than `accuracy` of it.
     #[must_use]
     pub fn new(row: &Row, accuracy: f64) -> Self {
         let scale = WIDTH * masking_scale(row);
         let end = 1.0 / (1.0 + scale);
-        let polynomial = |lobe: &Option<ChannelBrdf>| {
+        let polynomial = |lobe: &Option<Lobe<Sgd>>| {
             lobe.as_ref().map_or_else(Vec::new, |lobe| {
                 let at = |t: f64| relative(lobe, scale, 0.5 * (t + 1.0) * end);
-                let values = nodes::<MOST>().map(at);
+                let values = nodes::<MAX_ORDER>().map(at);
                 let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
                 powers(needed(&series(values), accuracy * smallest))
             })
@@ -72,11 +73,11 @@ impl Visibility {
             stretch: (2.0 / end) as f32,
             coefficients,
             count: polynomials.iter().map(Vec::len).max().unwrap_or(0),
-            slope,
+            log_slope: slope,
         }
     }
 
-    /// v(wi)·v(wo) of each channel at cosθi, cosθo = `middle` ∓ `reach`.
+    /// v(wi)·v(wo) of each lobe at cosθi, cosθo = `middle` ∓ `reach`.
     #[inline(always)]
     pub fn products<A: Arithmetic>(&self, middle: &Lanes, reach: &Lanes) -> [Lanes; 3] {
         match self.count {
@@ -84,7 +85,7 @@ impl Visibility {
             11..=12 => self.products_of::<A, 12>(middle, reach),
             13..=14 => self.products_of::<A, 14>(middle, reach),
             15..=16 => self.products_of::<A, 16>(middle, reach),
-            _ => self.products_of::<A, MOST>(middle, reach),
+            _ => self.products_of::<A, MAX_ORDER>(middle, reach),
         }
     }
 
@@ -111,7 +112,7 @@ impl Visibility {
         let mut products = [empty; 3];
         for (c, products) in products.iter_mut().enumerate() {
             let coefficients = &self.coefficients[c];
-            let slope = self.slope[c];
+            let slope = self.log_slope[c];
             for (k, product) in products.iter_mut().enumerate() {
                 let (mut sum_i, mut sum_o) = (coefficients[N - 1], coefficients[N - 1]);
                 for n in (0..N - 1).rev() {
@@ -127,12 +128,12 @@ impl Visibility {
     }
 }
 
-/// v·(c + s) of a channel at u = c/(c + s), as far as the zenith.
-fn relative(lobe: &ChannelBrdf, s: f64, u: f64) -> f64 {
+/// v·(c + s) of a lobe at u = c/(c + s), as far as the zenith.
+fn relative(lobe: &Lobe<Sgd>, s: f64, u: f64) -> f64 {
     const GRAZING: f64 = 1e-12;
     let c = (s * u / (1.0 - u).max(f64::MIN_POSITIVE)).clamp(GRAZING * s, 1.0);
     let sin = ((1.0 - c) * (1.0 + c)).sqrt();
-    lobe.masking.g1(c / sin) * (c + s) / c
+    lobe.g1(c / sin) * (c + s) / c
 }
 
 /// The leading coefficients of a Chebyshev series, without the last ones that together stay below
@@ -146,9 +147,11 @@ fn needed(series: &[f64], negligible: f64) -> &[f64] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::{MaskingKind, SgdBrdf};
+    use crate::lut::row::Rows;
     use crate::material::catalog;
     use crate::math::arithmetic::Fused;
-    use crate::microfacet::masking::MaskingKind;
+    use crate::microfacet::Accuracy;
 
     #[test]
     fn products_keep_the_accuracy_asked_for() {
@@ -165,9 +168,11 @@ mod tests {
     fn worst_product(accuracy: f64) -> f64 {
         let mut worst: f64 = 0.0;
         for entry in catalog() {
-            let evaluator = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, 1e-8).tabulated();
-            let channels = entry.material.channels.each_ref().map(evaluator);
-            let visibility = Visibility::new(&Row::new("", &channels, [true; 3]), accuracy);
+            let kind = MaskingKind::Exact;
+            let brdf = SgdBrdf::with_accuracy(&entry.material, kind, Accuracy::Table).tabulated();
+            let mut rows = Rows::default();
+            rows.push("", &brdf, [true; 3]);
+            let visibility = Visibility::new(&rows.lobes[0], accuracy);
             let middle: Lanes = std::array::from_fn(|k| 0.5 * (-(k as f32) / 10.0).exp());
             let reach = middle.map(|m| m * (8.0 * std::f32::consts::PI * m).cos().abs());
             let products = visibility.products::<Fused>(&middle, &reach);
@@ -175,7 +180,7 @@ mod tests {
                 let cos = [middle[k] - reach[k], middle[k] + reach[k]].map(f64::from);
                 let v = |c: usize, cos: f64| {
                     let cos = cos.clamp(1e-12, 1.0);
-                    channels[c].masking.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt()) / cos
+                    brdf.lobes[c].g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt()) / cos
                 };
                 let error =
                     |c: usize| f64::from(products[c][k]) / (v(c, cos[0]) * v(c, cos[1])) - 1.0;

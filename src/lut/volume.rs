@@ -2,10 +2,10 @@
 //!
 //! # Derivation
 //!
-//! An isotropic reciprocal reflectance depends on θh, θd and |cosφd| alone. The table holds
-//! B = F·D·(G1(wi)/cosθi)·(G1(wo)/cosθo), finite down to the horizon; f = ρd/π + ρs/π·B. Texels
-//! are B/q with q = 4 D(0) v² max|F|/65504 and v the largest G1/cosθ: the largest texel stays
-//! below what a half float holds. With tanθh = √x,
+//! An isotropic reciprocal reflectance depends on θh, θd and |cosφd| alone. The table holds, per
+//! colour, B = Σ_lobes (ρs/Σρs)·F·D·(G1(wi)/cosθi)·(G1(wo)/cosθo), finite down to the horizon;
+//! f = ρd/π + Σρs/π·B. Texels are B/q with q = Σ_lobes (ρs/Σρs)·4 D(0) v² max|F|/65504 and v the
+//! largest G1/cosθ: the largest texel stays below what a half float holds. With tanθh = √x,
 //!
 //! ```text
 //! cosθi, cosθo = cosθh cosθd ∓ sinθh sinθd |cosφd|
@@ -18,31 +18,28 @@ use half::f16;
 use half::slice::HalfFloatSliceExt as _;
 use rayon::prelude::*;
 
-use crate::brdf::ChannelBrdf;
+use crate::brdf::Lobe;
 use crate::lut::axis::{Axis, Variable, Warp};
-use crate::lut::bake::{BakeError, Depths};
-use crate::lut::budget::least;
 use crate::lut::probe::Probe;
 use crate::lut::quantity::{Encoding, Quantity};
+use crate::lut::request::VOLUME_WIDTHS;
 use crate::lut::row::Row;
+use crate::lut::search::Sizable;
 use crate::lut::table::{Depth, ErrorNote, Filter, Table, Texels};
 use crate::lut::term::{masking_scale, ndf_scale};
 use crate::lut::visibility::{BLOCK, Lanes, Visibility};
 use crate::math::arithmetic::{Arithmetic, Fused};
 use crate::math::instruction_set::{InstructionSet, per_instruction_set};
+use crate::microfacet::{Distribution as _, Sgd};
 
-/// Texels along an axis.
-pub const AXIS: std::ops::RangeInclusive<usize> = 2..=512;
 /// Texels that a 3D table may have: 400 MB as half floats.
-pub const MOST_TEXELS: usize = 1 << 26;
+pub const MAX_TEXELS: usize = 1 << 26;
 /// tan²θh/α at the end of the axis, where D is e^{−30} of its peak.
 const END: f64 = 30.0;
 /// D/q below which nothing is stored: half floats end far above, and denormal f32 are slow.
-const FAINTEST: f64 = 1e-30;
+const MIN_TEXEL: f64 = 1e-30;
 /// Beyond so many times the expected size it is rounding, not size, that limits the error.
-const MOST_GROWTH: f64 = 4.0;
-/// What a search aims at: cells are many, so probes miss the worst by more than in 2D.
-const SEARCH_SHARE: f64 = 0.8;
+const MAX_GROWTH: f64 = 4.0;
 /// The sizes of the tables, one axis coarse each, that tell how fast an axis converges.
 const REFERENCE: [[usize; 3]; 3] = [[33, 129, 65], [129, 33, 65], [129, 129, 17]];
 
@@ -57,7 +54,7 @@ fn masking_accuracy(depth: Depth) -> f64 {
 /// The axes of a row's 3D table.
 #[must_use]
 pub fn axes(row: &Row) -> Vec<Axis> {
-    let max = row.visible().map(|lobe| END * lobe.ndf.alpha()).fold(0.0, f64::max);
+    let max = row.visible().map(|lobe| END * lobe.distribution.alpha()).fold(0.0, f64::max);
     let half = Warp::Log1p { scale: vec![ndf_scale(row)], max: vec![max] };
     let difference = Warp::Log1p { scale: vec![masking_scale(row)], max: vec![1.0] };
     vec![
@@ -67,18 +64,18 @@ pub fn axes(row: &Row) -> Vec<Axis> {
     ]
 }
 
-/// What a block of texels along the first axis shares with those of every other line.
+/// A block of texels along the first axis: the part that every line shares.
 struct HalfVectors {
     /// cosθh and sinθh.
     cos: Lanes,
     sin: Lanes,
-    /// D/q of each channel.
+    /// D/q of each lobe, q its own.
     ndf: [Lanes; 3],
 }
 
 impl HalfVectors {
     /// The blocks that cover the steps of the first axis, at tan²θh.
-    fn blocks(row: &Row, factor: [f64; 3], tan2: &[f64]) -> Vec<Self> {
+    fn blocks(row: &Row, scales: [f64; 3], tan2: &[f64]) -> Vec<Self> {
         // The last texel closes the table with an exact 0.
         let last = tan2.len().saturating_sub(1);
         let block = |start: usize| {
@@ -86,30 +83,50 @@ impl HalfVectors {
                 let at = |k: usize| if start + k < tan2.len() { of(start + k) } else { 0.0 };
                 std::array::from_fn(|k| at(k) as f32)
             };
-            let ndf = |c: usize, i: usize| match &row.lobes[c] {
+            let ndf = |j: usize, i: usize| match &row.lobes[j] {
                 Some(lobe) if i < last => {
-                    let texel = lobe.ndf.eval(tan2[i]) / factor[c];
-                    if texel < FAINTEST { 0.0 } else { texel }
+                    let texel = lobe.distribution.ndf(tan2[i]) / scales[j];
+                    if texel < MIN_TEXEL { 0.0 } else { texel }
                 }
                 _ => 0.0,
             };
             Self {
                 cos: lanes(&|i| 1.0 / (1.0 + tan2[i]).sqrt()),
                 sin: lanes(&|i| (tan2[i] / (1.0 + tan2[i])).sqrt()),
-                ndf: std::array::from_fn(|c| lanes(&|i| ndf(c, i))),
+                ndf: std::array::from_fn(|j| lanes(&|i| ndf(j, i))),
             }
         };
         (0..tan2.len()).step_by(BLOCK).map(block).collect()
     }
 }
 
-/// What the texels of a line along the first axis share.
+/// The numbers that the texels of a line along the first axis share.
 #[derive(Clone, Copy)]
 struct Line {
     cos_theta_d: f32,
     /// sinθd |cosφd|.
     swing: f32,
-    fresnel: [f32; 3],
+    colours: ColourMatrix,
+}
+
+/// From the lobes' D v v to the colours: (ρs/Σρs) F of each lobe and colour.
+#[derive(Clone, Copy)]
+enum ColourMatrix {
+    /// Lobe j colours channel j alone.
+    Diagonal([f32; 3]),
+    /// A column for each lobe.
+    Full([[f32; 3]; 3]),
+}
+
+impl ColourMatrix {
+    fn new(columns: [[f32; 3]; 3]) -> Self {
+        let off_diagonal = |j: usize| (0..3).all(|c| c == j || columns[j][c] == 0.0);
+        if (0..3).all(off_diagonal) {
+            Self::Diagonal([0, 1, 2].map(|c| columns[c][c]))
+        } else {
+            Self::Full(columns)
+        }
+    }
 }
 
 /// The lines of a table.
@@ -128,14 +145,34 @@ impl Lines {
                 middle[k] *= line.cos_theta_d;
                 reach[k] *= line.swing;
             }
-            let mut brdf = self.visibility.products::<A>(&middle, &reach);
-            for ((brdf, ndf), fresnel) in brdf.iter_mut().zip(&half.ndf).zip(line.fresnel) {
-                for (brdf, ndf) in brdf.iter_mut().zip(ndf) {
-                    *brdf *= ndf * fresnel;
+            let mut lobes = self.visibility.products::<A>(&middle, &reach);
+            match line.colours {
+                ColourMatrix::Diagonal(fresnel) => {
+                    for ((lobe, ndf), fresnel) in lobes.iter_mut().zip(&half.ndf).zip(fresnel) {
+                        for (lobe, ndf) in lobe.iter_mut().zip(ndf) {
+                            *lobe *= ndf * fresnel;
+                        }
+                    }
+                    for (k, texel) in out.iter_mut().enumerate() {
+                        *texel = [lobes[0][k], lobes[1][k], lobes[2][k]];
+                    }
                 }
-            }
-            for (k, texel) in out.iter_mut().enumerate() {
-                *texel = [brdf[0][k], brdf[1][k], brdf[2][k]];
+                ColourMatrix::Full(columns) => {
+                    for (lobe, ndf) in lobes.iter_mut().zip(&half.ndf) {
+                        for (lobe, ndf) in lobe.iter_mut().zip(ndf) {
+                            *lobe *= ndf;
+                        }
+                    }
+                    for (k, texel) in out.iter_mut().enumerate() {
+                        let mut sums = [0.0; 3];
+                        for (lobe, column) in lobes.iter().zip(&columns) {
+                            for (sum, fresnel) in sums.iter_mut().zip(column) {
+                                *sum = A::mul_add(lobe[k], *fresnel, *sum);
+                            }
+                        }
+                        *texel = sums;
+                    }
+                }
             }
         }
     }
@@ -172,13 +209,20 @@ pub fn tabulate_on(
         (0..size[axis]).map(|i| warp.map_or(0.0, |w| w.variable(0, i as f64 / last))).collect()
     };
     let [tan2, cos_d, cos_phi] = [0, 1, 2].map(along);
-    let factor = row.lobes.each_ref().map(|lobe| lobe.as_ref().map_or(1.0, factor));
-    let fresnel = |cos: &f64| {
-        row.lobes.each_ref().map(|lobe| lobe.as_ref().map_or(0.0, |l| l.fresnel.eval(*cos)) as f32)
+    let scales = row.lobes.each_ref().map(|lobe| lobe.as_ref().map_or(1.0, lobe_scale));
+    let shares = [0, 1, 2].map(|c| row.shares(c));
+    let factor: [f64; 3] = std::array::from_fn(|c| colour_factor(row, c, &shares[c]));
+    let column = |j: usize, cos: f64| -> [f32; 3] {
+        let Some(lobe) = &row.lobes[j] else { return [0.0; 3] };
+        std::array::from_fn(|c| {
+            let weight = shares[c][j] * (scales[j] / factor[c]);
+            (weight * lobe.fresnel[c].eval(cos)) as f32
+        })
     };
-    let fresnel: Vec<[f32; 3]> = cos_d.iter().map(fresnel).collect();
+    let colours: Vec<ColourMatrix> =
+        cos_d.iter().map(|cos| ColourMatrix::new([0, 1, 2].map(|j| column(j, *cos)))).collect();
     let lines = Lines {
-        half: HalfVectors::blocks(row, factor, &tan2),
+        half: HalfVectors::blocks(row, scales, &tan2),
         visibility: Visibility::new(row, masking_accuracy(depth)),
     };
     let fill_line = |line: usize, out: &mut [[f32; 3]]| {
@@ -187,7 +231,7 @@ pub fn tabulate_on(
         let line = Line {
             cos_theta_d: cos_d[d] as f32,
             swing: (sin_d * cos_phi[phi]) as f32,
-            fresnel: fresnel[d],
+            colours: colours[d],
         };
         dispatch::fill(set.or_widest(), &lines, line, out);
     };
@@ -228,13 +272,29 @@ fn fill(size: [usize; 3], depth: Depth, line: &(impl Fn(usize, &mut [[f32; 3]]) 
     }
 }
 
-/// q: what a texel of 1 stands for.
-fn factor(lobe: &ChannelBrdf) -> f64 {
+/// 4 D(0) v² max|F|/65504 of a lobe, over the colours that it reflects.
+fn lobe_scale(lobe: &Lobe<Sgd>) -> f64 {
+    let colours = (0..3).filter(|c| lobe.rho_s[*c] > 0.0);
+    let fresnel = colours.map(|c| lobe.fresnel[c].max_magnitude()).fold(0.0, f64::max);
+    largest_product(lobe) * if fresnel > 0.0 { fresnel } else { 1.0 }
+}
+
+/// 4 D(0) v²/65504 with v the largest G1/cosθ, its limit at grazing.
+fn largest_product(lobe: &Lobe<Sgd>) -> f64 {
     const GRAZING: f64 = 1e-12;
-    let visibility = lobe.masking.g1(GRAZING) / GRAZING;
-    let fresnel =
-        (0..=64).map(|i| lobe.fresnel.eval(f64::from(i) / 64.0).abs()).fold(0.0, f64::max);
-    4.0 * lobe.ndf.peak() * visibility * visibility * fresnel / 65504.0
+    let visibility = lobe.g1(GRAZING) / GRAZING;
+    4.0 * lobe.distribution.peak() * visibility * visibility / 65504.0
+}
+
+/// q of a colour: the value that a texel of 1 stands for.
+fn colour_factor(row: &Row, c: usize, shares: &[f64; 3]) -> f64 {
+    let of_lobe = |(lobe, share): (&Option<Lobe<Sgd>>, &f64)| {
+        let product =
+            |lobe: &Lobe<Sgd>| share * (largest_product(lobe) * lobe.fresnel[c].max_magnitude());
+        lobe.as_ref().map_or(0.0, product)
+    };
+    let factor: f64 = row.lobes.iter().zip(shares).map(of_lobe).sum();
+    if factor > 0.0 { factor } else { 1.0 }
 }
 
 /// The largest error of f decoded from a 3D table at the probes of its materials, for both ways
@@ -243,17 +303,19 @@ fn factor(lobe: &ChannelBrdf) -> f64 {
 pub fn measure(table: &Table, probes: &[Probe]) -> f64 {
     let Encoding::Times { factor } = table.encoding else { return f64::INFINITY };
     let error = |probe: &Probe| {
+        let angles = &probe.angles;
         let u = [
-            table.coordinate(0, 0, probe.tan2_theta_h),
-            table.coordinate(1, 0, probe.cos_theta_d),
-            table.coordinate(2, 0, probe.abs_cos_phi_d()),
+            table.coordinate(0, 0, angles.tan2_h),
+            table.coordinate(1, 0, angles.cos_d),
+            table.coordinate(2, 0, probe.abs_cos_phi_d),
         ];
+        // Σρs/(π cosθo) per colour.
+        let scale = |c: usize| probe.lobes.iter().map(|lobe| lobe.scale[c]).sum::<f64>();
         let of = |filter: Filter| {
             let texel = table.fetch_3d(u, filter);
             let decoded = |c: usize| {
-                let exact = &probe.exact[c];
                 let brdf = factor[c] * f64::from(texel[c]);
-                exact.error(exact.scale * probe.cos_theta[0] * probe.cos_theta[1] * brdf)
+                probe.colours[c].error(scale(c) * angles.cos[0] * angles.cos[1] * brdf)
             };
             (0..3).map(decoded).fold(0.0, f64::max)
         };
@@ -262,68 +324,75 @@ pub fn measure(table: &Table, probes: &[Probe]) -> f64 {
     probes.par_iter().map(error).reduce(|| 0.0, f64::max)
 }
 
-/// The smallest 3D table of a row that keeps `tolerance` at the probes.
-///
-/// # Derivation
-///
-/// Along each axis linear interpolation errs by c/n², c measured with that axis coarse and the
-/// others fine. The product of the sizes under Σ c/n² = e is least where each axis takes e/3.
-///
-/// # Errors
-///
-/// [`BakeError::NotReached`] with the best error, where the largest table does not keep it.
-pub fn smallest(
-    row: &Row,
+/// The 3D table of a row, in search of its size.
+pub struct Volume<'a> {
+    row: &'a Row,
     index: usize,
-    probes: &[Probe],
-    tolerance: f64,
-    depths: Depths,
-) -> Result<Table, BakeError> {
-    let aim = SEARCH_SHARE * tolerance;
-    let expected: [f64; 3] = std::array::from_fn(|axis| {
-        let error = measure(&tabulate(row, index, REFERENCE[axis], Depth::Float), probes);
-        let cells = (REFERENCE[axis][axis] - 1) as f64;
-        1.0 + cells * (3.0 * error / aim).sqrt()
-    });
-    let grown = |growth: f64| -> [usize; 3] {
-        let end = |n: f64| n.ceil().clamp(*AXIS.start() as f64, *AXIS.end() as f64) as usize;
-        expected.map(|n| end(n * growth))
-    };
-    let fits = |growth: &f64| grown(*growth).iter().product::<usize>() <= MOST_TEXELS;
-    let mut growths = (0..200).map(|k| MOST_GROWTH * 0.95_f64.powi(k));
-    let Some(largest) = growths.find(fits) else {
-        return Err(BakeError::NotReached { tolerance, best: f64::INFINITY });
-    };
-    let mut best = f64::INFINITY;
-    // Where the aim is out of reach the tolerance may not be: the verification will tell.
-    let limits = [aim, tolerance].into_iter();
-    for (limit, depth) in limits.flat_map(|e| depths.candidates().iter().map(move |d| (e, *d))) {
-        let mut keeps = |growth: f64| {
-            let table = tabulate(row, index, grown(growth), depth);
-            let error = measure(&table, probes);
-            best = best.min(error);
-            (error <= limit).then_some(table)
-        };
-        if let Some(table) = least(largest, &mut keeps) {
-            return Ok(table);
-        }
+    /// The sizes at which interpolation alone would keep the aim.
+    expected: [f64; 3],
+}
+
+impl<'a> Volume<'a> {
+    /// The table of a row, of a size about right for `tolerance` at the probes.
+    ///
+    /// # Derivation
+    ///
+    /// Along each axis linear interpolation errs by c/n², c measured with that axis coarse and the
+    /// others fine. The product of the sizes under Σ c/n² = e is least where each axis takes e/3.
+    #[must_use]
+    pub fn new(row: &'a Row, index: usize, probes: &[Probe], tolerance: f64) -> Self {
+        let aim = Self::AIMS[0] * tolerance;
+        let expected = std::array::from_fn(|axis| {
+            let error = measure(&tabulate(row, index, REFERENCE[axis], Depth::Float), probes);
+            let cells = (REFERENCE[axis][axis] - 1) as f64;
+            1.0 + cells * (3.0 * error / aim).sqrt()
+        });
+        Self { row, index, expected }
     }
-    Err(BakeError::NotReached { tolerance, best })
+
+    fn grown(&self, growth: f64) -> [usize; 3] {
+        let [low, high] = [*VOLUME_WIDTHS.start(), *VOLUME_WIDTHS.end()].map(|n| n as f64);
+        self.expected.map(|n| (n * growth).ceil().clamp(low, high) as usize)
+    }
+}
+
+impl Sizable for Volume<'_> {
+    type Tables = Table;
+    type Probe = Probe;
+    // Cells are many, so probes miss the worst by more than in 2D. Where the first aim is out of
+    // reach the tolerance may not be: the verification tells.
+    const AIMS: &'static [f64] = &[0.8, 1.0];
+
+    fn largest_growth(&self) -> Option<f64> {
+        let fits = |growth: &f64| self.grown(*growth).iter().product::<usize>() <= MAX_TEXELS;
+        (0..200).map(|k| MAX_GROWTH * 0.95_f64.powi(k)).find(fits)
+    }
+
+    fn build(&self, growth: f64, depth: Depth) -> Table {
+        tabulate(self.row, self.index, self.grown(growth), depth)
+    }
+
+    fn measure(&self, table: &Table, probes: &[Probe]) -> f64 {
+        measure(table, probes)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::{MaskingKind, SgdBrdf};
+    use crate::lut::row::Rows;
     use crate::material::catalog;
-    use crate::microfacet::masking::MaskingKind;
+    use crate::microfacet::Accuracy;
 
     #[test]
     fn every_instruction_set_gives_the_same_texels() {
         for entry in catalog().iter().step_by(9) {
-            let evaluator = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, 1e-8).tabulated();
-            let channels = entry.material.channels.each_ref().map(evaluator);
-            let row = Row::new("", &channels, [true, true, false]);
-            let on = |set| tabulate_on(set, &row, 0, [70, 9, 5], Depth::Float).texels;
+            let kind = MaskingKind::Exact;
+            let brdf = SgdBrdf::with_accuracy(&entry.material, kind, Accuracy::Table).tabulated();
+            let mut rows = Rows::default();
+            rows.push("", &brdf, [true, true, false]);
+            let on = |set| tabulate_on(set, &rows.lobes[0], 0, [70, 9, 5], Depth::Float).texels;
             let baseline = on(InstructionSet::Baseline);
             for set in InstructionSet::available() {
                 assert!(on(set) == baseline, "{} on {}", entry.material.name, set.name());

@@ -12,6 +12,8 @@ const TABLE: &str = include_str!("merl100.csv");
 pub struct CatalogEntry {
     /// The material.
     pub material: Material,
+    /// Its rows of the paper's table, in the order r, g, b.
+    pub channels: [ChannelParams; 3],
     /// What the paper prints besides the parameters, per channel.
     pub printed: [Printed; 3],
 }
@@ -72,12 +74,14 @@ fn nearest_names(name: &str) -> Vec<&'static str> {
 fn parse_table() -> Vec<CatalogEntry> {
     let rows: Vec<(&str, ChannelParams, Printed)> = TABLE.lines().skip(1).map(parse_row).collect();
     rows.chunks_exact(3)
-        .map(|rgb| CatalogEntry {
-            material: Material {
-                name: rgb[0].0.to_owned(),
-                channels: std::array::from_fn(|c| rgb[c].1),
-            },
-            printed: std::array::from_fn(|c| rgb[c].2),
+        .map(|rgb| {
+            let channels = std::array::from_fn(|c| rgb[c].1);
+            CatalogEntry {
+                material: Material::of_channels(rgb[0].0, &channels)
+                    .expect("published parameters are in range; a test reads all of them"),
+                channels,
+                printed: std::array::from_fn(|c| rgb[c].2),
+            }
         })
         .collect()
 }
@@ -114,9 +118,8 @@ mod tests {
             "names are unique"
         );
         for entry in catalog() {
-            for channel in &entry.material.channels {
-                channel.validate().expect("published parameters are in range");
-            }
+            assert_eq!(entry.material.lobes().len(), 3, "a lobe a channel");
+            assert_eq!(entry.material.channels(), Some(entry.channels));
         }
     }
 

@@ -1,4 +1,5 @@
-//! Material files: TOML with a name and three channels.
+//! Material files: TOML with a name and either the paper's three channels or a diffuse colour and
+//! up to three lobes.
 //!
 //! ```toml
 //! name = "my-paint"
@@ -13,7 +14,21 @@
 //! c = 9.3e-8
 //! k = 24.4
 //! ```
+//!
+//! ```toml
+//! name = "my-coat"
+//! rho_d = [0.14, 0.02, 0.02]
+//! [[lobe]]             # none to three
+//! alpha = 0.12
+//! p = 0.79
+//! rho_s = [0.16, 0.16, 0.16]
+//! f0 = [0.04, 0.04, 0.04]
+//! f1 = [0.0, 0.0, 0.0]
+//! ```
+//!
+//! A table `[measured]`, in which `sgdbake measure` keeps the fit's errors, is read over.
 
+use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -21,11 +36,12 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::material::parameters::{
-    Channel, ChannelParams, MaskingParams, Material, ParameterError,
+    Channel, ChannelParams, LobeFields, LobeParams, MAX_LOBES, MaskingParams, Material,
+    MaterialError, ParameterError,
 };
 
 /// The largest material file that is read; a real one has under 1 KiB.
-const MOST_BYTES: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 
 /// Why a material file was refused.
 #[derive(Debug, thiserror::Error)]
@@ -57,7 +73,7 @@ pub enum Problem {
     #[error("not valid TOML: {0}")]
     Syntax(String),
     /// A key that no material has.
-    #[error("unknown key '{key}'; accepted are {accepted}")]
+    #[error("unknown key `{key}`; use one of {accepted}")]
     UnknownKey {
         /// The key, with its channel.
         key: String,
@@ -65,10 +81,23 @@ pub enum Problem {
         accepted: String,
     },
     /// A key that every material has is not there.
-    #[error("the key '{0}' is missing")]
+    #[error(
+        "`{0}` is missing. A material needs [r], [g] and [b], or rho_d = [r, g, b] and [[lobe]]; see docs/materials.md"
+    )]
     MissingKey(String),
+    /// The file mixes the two forms.
+    #[error(
+        "found `{0}` beside rho_d and [[lobe]]; use either [r], [g], [b] or rho_d and [[lobe]]"
+    )]
+    BothForms(String),
+    /// The name is empty.
+    #[error("`name` is empty; give the material a name")]
+    EmptyName,
+    /// More lobes than a material can have.
+    #[error("found {0} [[lobe]] tables; a material has at most {MAX_LOBES}")]
+    TooManyLobes(usize),
     /// A value of another type.
-    #[error("'{key}' is {found}; accepted is {accepted}")]
+    #[error("`{key}` is of type {found}; it must be {accepted}")]
     WrongType {
         /// The key.
         key: String,
@@ -78,15 +107,15 @@ pub enum Problem {
         accepted: &'static str,
     },
     /// A number outside its range.
-    #[error("[{channel}] {error}", channel = channel.name())]
+    #[error("{section}.{error}")]
     OutOfRange {
-        /// The channel it stands in.
-        channel: Channel,
+        /// The table it stands in: `r` or `lobe 1`.
+        section: String,
         /// The key, value and range.
         error: ParameterError,
     },
     /// The file is too large to be a material.
-    #[error("{0} bytes are too many for a material file; accepted are up to 1 MiB")]
+    #[error("the file has {0} bytes; a material file has at most 1 MiB")]
     TooLarge(u64),
 }
 
@@ -104,7 +133,7 @@ const MASKING: [&str; 3] = ["lambda", "c", "k"];
 pub fn load(path: &Path) -> Result<Material, MaterialFileError> {
     let unreadable = |source| MaterialFileError::Unreadable { path: path.to_owned(), source };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
-    if size > MOST_BYTES {
+    if size > MAX_BYTES {
         let problem = Problem::TooLarge(size);
         return Err(MaterialFileError::Invalid { path: path.to_owned(), line: 1, problem });
     }
@@ -127,44 +156,106 @@ pub fn parse(text: &str, path: &Path) -> Result<Material, MaterialFileError> {
 }
 
 fn material(text: &str) -> Result<Material, Located> {
-    let table = DeTable::parse(text).map_err(|error| {
+    // Editors on Windows may start a file with a byte order mark.
+    let table = DeTable::parse(text.trim_start_matches('\u{feff}')).map_err(|error| {
         (Problem::Syntax(error.message().to_owned()), error.span().unwrap_or(0..0))
     })?;
-    let file = Section { entries: table.get_ref(), name: "", span: 0..0 };
-    file.refuse_all_but(&["name", "r", "g", "b"])?;
+    let file = Section { entries: table.get_ref(), name: String::new(), span: 0..0 };
+    file.refuse_all_but(&["name", "r", "g", "b", "rho_d", "lobe", "measured"])?;
     let name = file.string("name")?;
-    let [r, g, b] = Channel::ALL.map(|channel| params(&file.section(channel.name())?, channel));
-    Ok(Material { name, channels: [r?, g?, b?] })
+    if name.trim().is_empty() {
+        return Err((Problem::EmptyName, file.span_of("name")));
+    }
+    if file.has("rho_d") || file.has("lobe") {
+        lobe_form(name, &file)
+    } else {
+        paper_form(name, &file)
+    }
 }
 
-fn params(section: &Section<'_>, channel: Channel) -> Result<ChannelParams, Located> {
+/// The material of the tables `[r]`, `[g]` and `[b]`.
+fn paper_form(name: String, file: &Section<'_>) -> Result<Material, Located> {
+    let [r, g, b] = Channel::ALL.map(|channel| channel_params(&file.section(channel.name())?));
+    let channels = [r?, g?, b?];
+    Material::of_channels(name, &channels).map_err(|error| file.out_of_range(error))
+}
+
+/// The material of `rho_d` and the `[[lobe]]` tables.
+fn lobe_form(name: String, file: &Section<'_>) -> Result<Material, Located> {
+    if let Some(channel) = Channel::ALL.into_iter().find(|channel| file.has(channel.name())) {
+        let key = channel.name();
+        return Err((Problem::BothForms(key.to_owned()), file.span_of(key)));
+    }
+    let lobes = file.sections("lobe")?;
+    if lobes.len() > MAX_LOBES {
+        return Err((Problem::TooManyLobes(lobes.len()), lobes[MAX_LOBES].span.clone()));
+    }
+    let lobes = lobes.iter().map(lobe_params).collect::<Result<_, _>>()?;
+    Material::new(name, file.colour("rho_d")?, lobes).map_err(|error| match error {
+        MaterialError::Parameter(error) => file.out_of_range(error),
+        MaterialError::Lobes(found) => (Problem::TooManyLobes(found), 0..0),
+    })
+}
+
+fn channel_params(section: &Section<'_>) -> Result<ChannelParams, Located> {
     section.refuse_all_but(&[&REQUIRED[..], &MASKING].concat())?;
-    let number = |key| section.number(key);
-    let fitted = MASKING.iter().any(|key| section.entries.contains_key(*key));
-    let masking = || -> Result<_, Located> {
-        Ok(MaskingParams { lambda: number("lambda")?, c: number("c")?, k: number("k")? })
-    };
     let params = ChannelParams {
-        masking: fitted.then(masking).transpose()?,
-        rho_d: number("rho_d")?,
-        rho_s: number("rho_s")?,
-        alpha: number("alpha")?,
-        p: number("p")?,
-        f0: number("f0")?,
-        f1: number("f1")?,
+        masking: section.masking()?,
+        rho_d: section.number("rho_d")?,
+        rho_s: section.number("rho_s")?,
+        alpha: section.number("alpha")?,
+        p: section.number("p")?,
+        f0: section.number("f0")?,
+        f1: section.number("f1")?,
     };
-    params.validate().map_err(|error| {
-        let span = section.entries.get(error.key).map_or(section.span.clone(), Spanned::span);
-        (Problem::OutOfRange { channel, error }, span)
-    })?;
+    params.validate().map_err(|error| section.out_of_range(error))?;
     Ok(params)
+}
+
+fn lobe_params(section: &Section<'_>) -> Result<LobeParams, Located> {
+    section.refuse_all_but(&[&REQUIRED[1..], &MASKING].concat())?;
+    let fields = LobeFields {
+        masking: section.masking()?,
+        alpha: section.number("alpha")?,
+        p: section.number("p")?,
+        rho_s: section.colour("rho_s")?,
+        f0: section.colour("f0")?,
+        f1: section.colour("f1")?,
+    };
+    LobeParams::new(fields).map_err(|error| section.out_of_range(error))
+}
+
+/// The text of a material file that reads back as the same material.
+#[must_use]
+pub fn to_toml(material: &Material) -> String {
+    let mut text = format!("name = {}\n", toml::Value::from(material.name.as_str()));
+    let _ = writeln!(text, "rho_d = {:?}", material.rho_d());
+    for lobe in material.lobes() {
+        let _ = writeln!(text, "\n[[lobe]]\nalpha = {:?}\np = {:?}", lobe.alpha(), lobe.p());
+        for (key, colour) in [("rho_s", lobe.rho_s()), ("f0", lobe.f0()), ("f1", lobe.f1())] {
+            let _ = writeln!(text, "{key} = {colour:?}");
+        }
+        if let Some(MaskingParams { lambda, c, k }) = lobe.masking() {
+            let _ = writeln!(text, "lambda = {lambda:?}\nc = {c:?}\nk = {k:?}");
+        }
+    }
+    text
+}
+
+/// The number of a value.
+fn number(value: &Spanned<DeValue<'_>>) -> Option<f64> {
+    match value.get_ref() {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+        _ => None,
+    }
 }
 
 /// A table of the file, what it is called and where it stands.
 struct Section<'t> {
     entries: &'t DeTable<'t>,
     /// Empty for the file itself.
-    name: &'t str,
+    name: String,
     span: Range<usize>,
 }
 
@@ -174,17 +265,59 @@ impl<'t> Section<'t> {
     }
 
     fn number(&self, key: &str) -> Result<f64, Located> {
-        self.value(key, "a number", |value| match value.get_ref() {
-            DeValue::Float(float) => float.as_str().parse().ok(),
-            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
-            _ => None,
+        self.value(key, "a number", number)
+    }
+
+    fn colour(&self, key: &str) -> Result<[f64; 3], Located> {
+        self.value(key, "three numbers [r, g, b]", |value| {
+            let numbers =
+                value.get_ref().as_array()?.iter().map(number).collect::<Option<Vec<_>>>()?;
+            numbers.try_into().ok()
         })
     }
 
-    fn section(&self, name: &'t str) -> Result<Section<'t>, Located> {
+    /// The masking fit, if any of its three keys is there.
+    fn masking(&self) -> Result<Option<MaskingParams>, Located> {
+        let masking = || {
+            let [lambda, c, k] = MASKING.map(|key| self.number(key));
+            Ok(MaskingParams { lambda: lambda?, c: c?, k: k? })
+        };
+        MASKING.iter().any(|key| self.has(key)).then(masking).transpose()
+    }
+
+    fn section(&self, name: &str) -> Result<Section<'t>, Located> {
         self.value(name, "a table", |value| {
-            Some(Section { entries: value.get_ref().as_table()?, name, span: value.span() })
+            let entries = value.get_ref().as_table()?;
+            Some(Section { entries, name: name.to_owned(), span: value.span() })
         })
+    }
+
+    /// The tables of an array of tables; none where the key is missing.
+    fn sections(&self, name: &str) -> Result<Vec<Section<'t>>, Located> {
+        if !self.has(name) {
+            return Ok(Vec::new());
+        }
+        self.value(name, "an array of tables", |value| {
+            let tables = value.get_ref().as_array()?.iter().enumerate();
+            let section = |(i, table): (usize, &'t Spanned<DeValue<'t>>)| {
+                let entries = table.get_ref().as_table()?;
+                Some(Section { entries, name: format!("{name} {}", i + 1), span: table.span() })
+            };
+            tables.map(section).collect()
+        })
+    }
+
+    fn has(&self, key: &str) -> bool {
+        self.entries.contains_key(key)
+    }
+
+    fn span_of(&self, key: &str) -> Range<usize> {
+        self.entries.get(key).map_or(self.span.clone(), Spanned::span)
+    }
+
+    fn out_of_range(&self, error: ParameterError) -> Located {
+        let span = self.span_of(error.key);
+        (Problem::OutOfRange { section: self.name.clone(), error }, span)
     }
 
     /// What `read` makes of the value of a key.
@@ -259,8 +392,48 @@ f1 = -0.6
     fn a_full_file_parses() {
         let material = parse(&text(), Path::new("m.toml")).expect("valid");
         assert_eq!(material.name, "my-paint");
-        assert_eq!(material.channels[0].masking, None);
-        assert_eq!(material.channels[1].masking.expect("given").k, 24.4);
+        let channels = material.channels().expect("in the paper's form");
+        assert_eq!(channels[0].masking, None);
+        assert_eq!(channels[1].masking.expect("given").k, 24.4);
+        assert_eq!(material.lobes().len(), 2, "r and b have one shape");
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_read_over() {
+        parse(&format!("\u{feff}{}", text()), Path::new("m.toml")).expect("valid");
+    }
+
+    #[test]
+    fn lobes_are_written_and_read_back_equal() {
+        let text = "name = \"coat\"\nrho_d = [0.1, 2e-3, 0]\n[[lobe]]\nalpha = 0.1\np = 0.5\n\
+                    rho_s = [1, 2, 3]\nf0 = [0.1, 0.2, 1e-12]\nf1 = [0, -0.1, 0]\n[[lobe]]\n\
+                    alpha = 1e-5\np = 0\nrho_s = [1, 1, 1]\nf0 = [0.04, 0.04, 0.04]\nf1 = [0, 0, 0]\n\
+                    lambda = 2.5\nc = 1e-8\nk = 20\n[measured]\ndelta_e = 1.0\n";
+        let material = parse(text, Path::new("m.toml")).expect("valid");
+        assert_eq!(material.lobes().len(), 2);
+        let back = parse(&to_toml(&material), Path::new("m.toml")).expect("valid");
+        assert_eq!(back, material);
+    }
+
+    #[test]
+    fn the_lobe_form_is_refused_where_it_is_wrong() {
+        let lobe =
+            "[[lobe]]\nalpha = 0.1\np = 0.5\nrho_s = [1, 2, 3]\nf0 = [0, 0, 0]\nf1 = [0, 0, 0]\n";
+        let file = |body: &str| format!("name = \"m\"\nrho_d = [0, 0, 0]\n{body}");
+        let cases = [
+            (file(&lobe.repeat(4)), "m.toml:21: found 4 [[lobe]] tables"),
+            (file(&lobe.replace("p = 0.5\n", "")), "m.toml:3: `lobe 1.p` is missing"),
+            (
+                file(&lobe.replace("[1, 2, 3]", "[1, 2]")),
+                "m.toml:6: `lobe 1.rho_s` is of type array",
+            ),
+            (file(&lobe.replace("0.1", "-1")), "m.toml:4: lobe 1.alpha = -1 is out of range"),
+            (file("[r]\nrho_d = 1"), "m.toml:3: found `r` beside rho_d"),
+        ];
+        for (text, expected) in cases {
+            let message = refusal(&text);
+            assert!(message.starts_with(expected), "{message}");
+        }
     }
 
     #[test]
@@ -269,21 +442,25 @@ f1 = -0.6
             (
                 "alpha = 0.1\n",
                 "alpha = 0\n",
-                "m.toml:12: [g] alpha = 0 is out of range: accepted is a finite number > 0",
+                "m.toml:12: g.alpha = 0 is out of range; it must be between 1e-8 and 100",
             ),
-            ("rho_s = 1\n", "rho_s = nan\n", "m.toml:11: [g] rho_s = NaN is out of range"),
-            ("rho_s = 1\n", "rho_s = -inf\n", "m.toml:11: [g] rho_s = -inf is out of range"),
-            ("p = 0\n", "p = -1\n", "m.toml:13: [g] p = -1 is out of range"),
-            ("k = 24.4\n", "", "m.toml:9: the key 'g.k' is missing"),
-            ("k = 24.4\n", "k = \"x\"\n", "m.toml:18: 'g.k' is string; accepted is a number"),
-            ("k = 24.4\n", "kk = 1\nk = 24.4\n", "m.toml:18: unknown key 'g.kk'"),
+            ("rho_s = 1\n", "rho_s = nan\n", "m.toml:11: g.rho_s = NaN is out of range"),
+            ("rho_s = 1\n", "rho_s = -inf\n", "m.toml:11: g.rho_s = -inf is out of range"),
+            ("p = 0\n", "p = -1\n", "m.toml:13: g.p = -1 is out of range"),
+            ("k = 24.4\n", "", "m.toml:9: `g.k` is missing"),
+            (
+                "k = 24.4\n",
+                "k = \"x\"\n",
+                "m.toml:18: `g.k` is of type string; it must be a number",
+            ),
+            ("k = 24.4\n", "kk = 1\nk = 24.4\n", "m.toml:18: unknown key `g.kk`"),
             (
                 "name = \"my-paint\"",
                 "name = 3",
-                "m.toml:1: 'name' is integer; accepted is a string",
+                "m.toml:1: `name` is of type integer; it must be a string",
             ),
             ("name = \"my-paint\"", "name = \"", "m.toml:1: not valid TOML"),
-            ("[b]", "[bb]", "unknown key 'bb'"),
+            ("[b]", "[bb]", "unknown key `bb`"),
         ];
         for (from, to, expected) in cases {
             let message = refusal(&text().replacen(from, to, 1));

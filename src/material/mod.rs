@@ -7,5 +7,8 @@ pub mod file;
 pub mod parameters;
 
 pub use catalog::{CatalogEntry, UnknownMaterial, catalog, find};
-pub use file::{MaterialFileError, load, parse};
-pub use parameters::{Channel, ChannelParams, MaskingParams, Material, ParameterError};
+pub use file::{MaterialFileError, load, parse, to_toml};
+pub use parameters::{
+    Channel, ChannelParams, LobeFields, LobeParams, MAX_LOBES, MaskingParams, Material,
+    MaterialError, ParameterError,
+};

@@ -1,4 +1,6 @@
 //! The numbers that describe a material, and the ranges in which they mean something.
+//!
+//! A [`Material`] is valid by construction: everything that is made of one cannot fail.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,8 +31,12 @@ impl Channel {
     }
 }
 
+/// The lobes that a material may have: a texel holds a number for each.
+pub const MAX_LOBES: usize = 3;
+
 /// Parameters of the published masking fit (Bagher et al. 2012, equation 15).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MaskingParams {
     /// Amplitude λ > 0; not Smith's Λ.
     pub lambda: f64,
@@ -40,10 +46,8 @@ pub struct MaskingParams {
     pub k: f64,
 }
 
-/// SGD parameters of one colour channel.
-///
-/// Ranges: `rho_d`, `rho_s`, `p` ≥ 0; `alpha` > 0; `f0`, `f1` any finite number.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// SGD parameters of one colour channel: a row of the paper's table.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelParams {
     /// Diffuse albedo ρd.
     pub rho_d: f64,
@@ -58,22 +62,62 @@ pub struct ChannelParams {
     /// Fresnel parameter f1; F(0°) = f0 − f1.
     pub f1: f64,
     /// The masking fit; fitted from the exact masking where absent.
-    #[serde(flatten)]
     pub masking: Option<MaskingParams>,
 }
 
-/// A material: a name and its three channels.
+/// A lobe: one distribution of normals, hence one D and one G1, with the colour that it reflects.
+///
+/// Its share of f is (ρs/π) F D G/(cosθi cosθo) per colour, F(cosθd) = f0 + (1−f0)(1−cosθd)⁵ −
+/// f1·cosθd (Bagher et al. 2012, equations 8 and 9).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "LobeFields")]
+pub struct LobeParams {
+    alpha: f64,
+    p: f64,
+    masking: Option<MaskingParams>,
+    rho_s: [f64; 3],
+    f0: [f64; 3],
+    f1: [f64; 3],
+}
+
+/// The fields of a [`LobeParams`] before they are checked.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LobeFields {
+    /// Width α of the distribution: a *squared* Beckmann width.
+    pub alpha: f64,
+    /// Exponent p of the power-law factor t^{−p}.
+    pub p: f64,
+    /// The masking fit; fitted from the exact masking where absent.
+    #[serde(default)]
+    pub masking: Option<MaskingParams>,
+    /// Specular scale ρs per colour.
+    pub rho_s: [f64; 3],
+    /// Fresnel parameter f0 per colour.
+    pub f0: [f64; 3],
+    /// Fresnel parameter f1 per colour.
+    pub f1: [f64; 3],
+}
+
+/// A material: a name, a diffuse colour and up to three lobes.
+///
+/// # Formula
+///
+/// f = ρd/π + Σ_lobes (ρs/π) F D G/(cosθi cosθo)   \[1/sr\]
+///
+/// A published fit has three lobes that colour one channel each; a refitted surface has one or two
+/// that colour all three, as its normals have no colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Catalogue name, or the name given in its file.
     pub name: String,
-    /// Parameters per channel, in the order r, g, b.
-    pub channels: [ChannelParams; 3],
+    rho_d: [f64; 3],
+    lobes: Vec<LobeParams>,
 }
 
 /// A parameter outside the range in which the model is defined.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{key} = {value} is out of range: accepted is {accepted}")]
+#[error("{key} = {value} is out of range; it must be {accepted}")]
 pub struct ParameterError {
     /// The key as it stands in a file, e.g. `alpha`.
     pub key: &'static str,
@@ -85,53 +129,36 @@ pub struct ParameterError {
 
 /// The range a parameter must lie in.
 #[derive(Clone, Copy)]
-enum Range {
-    Finite,
-    NonNegative,
-    Positive,
+struct Range {
+    lowest: f64,
+    highest: f64,
+    words: &'static str,
 }
+
+/// Widths from a lobe that is a mirror for every picture to slopes that no surface has.
+const ALPHA: Range = Range { lowest: 1e-8, highest: 100.0, words: "between 1e-8 and 100" };
+/// Exponents; the published ones end at 1.8. G1 of larger ones underflows at grazing.
+const P: Range = Range { lowest: 0.0, highest: 20.0, words: "between 0 and 20" };
+/// Diffuse and specular scales; the published ones end below 5. Beyond, f32 textures overflow.
+const SCALE: Range = Range { lowest: 0.0, highest: 1e4, words: "between 0 and 1e4" };
+/// Fresnel parameters; the published ones end at 5.
+const FRESNEL: Range = Range { lowest: -1e4, highest: 1e4, words: "between -1e4 and 1e4" };
+/// Masking parameters; c of the published ones reaches 1e109.
+const MASKING: Range =
+    Range { lowest: f64::MIN_POSITIVE, highest: f64::MAX, words: "a finite number above 0" };
 
 impl Range {
-    fn contains(self, value: f64) -> bool {
-        value.is_finite()
-            && match self {
-                Self::Finite => true,
-                Self::NonNegative => value >= 0.0,
-                Self::Positive => value > 0.0,
-            }
-    }
-
-    fn in_words(self) -> &'static str {
-        match self {
-            Self::Finite => "a finite number",
-            Self::NonNegative => "a finite number ≥ 0",
-            Self::Positive => "a finite number > 0",
-        }
-    }
-
     fn check(self, key: &'static str, value: f64) -> Result<(), ParameterError> {
-        if self.contains(value) {
+        // A NaN lies in no range.
+        if (self.lowest..=self.highest).contains(&value) {
             Ok(())
         } else {
-            Err(ParameterError { key, value, accepted: self.in_words() })
+            Err(ParameterError { key, value, accepted: self.words })
         }
     }
-}
 
-impl ChannelParams {
-    /// Checks every parameter against its range.
-    ///
-    /// # Errors
-    ///
-    /// The first parameter that is NaN, infinite or outside its range.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        Range::NonNegative.check("rho_d", self.rho_d)?;
-        Range::NonNegative.check("rho_s", self.rho_s)?;
-        Range::Positive.check("alpha", self.alpha)?;
-        Range::NonNegative.check("p", self.p)?;
-        Range::Finite.check("f0", self.f0)?;
-        Range::Finite.check("f1", self.f1)?;
-        self.masking.as_ref().map_or(Ok(()), MaskingParams::validate)
+    fn check_all(self, key: &'static str, values: [f64; 3]) -> Result<(), ParameterError> {
+        values.into_iter().try_for_each(|value| self.check(key, value))
     }
 }
 
@@ -142,8 +169,270 @@ impl MaskingParams {
     ///
     /// The first parameter that is not.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        Range::Positive.check("lambda", self.lambda)?;
-        Range::Positive.check("c", self.c)?;
-        Range::Positive.check("k", self.k)
+        MASKING.check("lambda", self.lambda)?;
+        MASKING.check("c", self.c)?;
+        MASKING.check("k", self.k)
+    }
+}
+
+impl ChannelParams {
+    /// Checks every parameter against its range.
+    ///
+    /// # Errors
+    ///
+    /// The first parameter that is NaN or outside its range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        SCALE.check("rho_d", self.rho_d)?;
+        self.lobe(0).map(|_| ())
+    }
+
+    /// The lobe that colours the channel of this index alone.
+    fn lobe(&self, channel: usize) -> Result<LobeParams, ParameterError> {
+        let alone = |value: f64| std::array::from_fn(|c| if c == channel { value } else { 0.0 });
+        LobeParams::new(LobeFields {
+            alpha: self.alpha,
+            p: self.p,
+            masking: self.masking,
+            rho_s: alone(self.rho_s),
+            f0: alone(self.f0),
+            f1: alone(self.f1),
+        })
+    }
+}
+
+impl LobeParams {
+    /// The lobe of these parameters.
+    ///
+    /// # Errors
+    ///
+    /// The first parameter that is NaN or outside its range.
+    pub fn new(fields: LobeFields) -> Result<Self, ParameterError> {
+        let LobeFields { alpha, p, masking, rho_s, f0, f1 } = fields;
+        SCALE.check_all("rho_s", rho_s)?;
+        ALPHA.check("alpha", alpha)?;
+        P.check("p", p)?;
+        FRESNEL.check_all("f0", f0)?;
+        FRESNEL.check_all("f1", f1)?;
+        masking.as_ref().map_or(Ok(()), MaskingParams::validate)?;
+        Ok(Self { alpha, p, masking, rho_s, f0, f1 })
+    }
+
+    /// Width α of the distribution: a *squared* Beckmann width.
+    #[must_use]
+    pub fn alpha(&self) -> f64 {
+        self.alpha
+    }
+
+    /// Exponent p of the power-law factor t^{−p}.
+    #[must_use]
+    pub fn p(&self) -> f64 {
+        self.p
+    }
+
+    /// The masking fit, if one was given.
+    #[must_use]
+    pub fn masking(&self) -> Option<MaskingParams> {
+        self.masking
+    }
+
+    /// Specular scale ρs per colour; 4ρs/π is the scale of the usual D·F·G/(4 cosθi cosθo).
+    #[must_use]
+    pub fn rho_s(&self) -> [f64; 3] {
+        self.rho_s
+    }
+
+    /// Fresnel parameter f0 per colour.
+    #[must_use]
+    pub fn f0(&self) -> [f64; 3] {
+        self.f0
+    }
+
+    /// Fresnel parameter f1 per colour; F(0°) = f0 − f1.
+    #[must_use]
+    pub fn f1(&self) -> [f64; 3] {
+        self.f1
+    }
+
+    /// The same lobe with this masking fit.
+    #[must_use]
+    pub fn with_masking(self, masking: MaskingParams) -> Self {
+        Self { masking: Some(masking), ..self }
+    }
+
+    /// Returns true if both lobes have one distribution and one masking.
+    fn has_shape_of(&self, other: &Self) -> bool {
+        (self.alpha, self.p, self.masking) == (other.alpha, other.p, other.masking)
+    }
+}
+
+impl TryFrom<LobeFields> for LobeParams {
+    type Error = ParameterError;
+
+    fn try_from(fields: LobeFields) -> Result<Self, ParameterError> {
+        Self::new(fields)
+    }
+}
+
+/// Why numbers are not a material.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MaterialError {
+    /// A parameter is out of range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// More lobes than a texel has room for.
+    #[error("found {0} lobes; a material has at most {MAX_LOBES}")]
+    Lobes(usize),
+}
+
+impl Material {
+    /// The material of a diffuse colour ρd and up to [`MAX_LOBES`] lobes.
+    ///
+    /// # Errors
+    ///
+    /// A colour that is NaN or outside its range, or too many lobes.
+    pub fn new(
+        name: impl Into<String>,
+        rho_d: [f64; 3],
+        lobes: Vec<LobeParams>,
+    ) -> Result<Self, MaterialError> {
+        SCALE.check_all("rho_d", rho_d)?;
+        if lobes.len() > MAX_LOBES {
+            return Err(MaterialError::Lobes(lobes.len()));
+        }
+        Ok(Self { name: name.into(), rho_d, lobes })
+    }
+
+    /// The material of three channels as the paper gives them: a lobe for each that colours it
+    /// alone. Channels of equal α, p and masking share one lobe.
+    ///
+    /// # Errors
+    ///
+    /// The first parameter that is NaN or outside its range.
+    pub fn of_channels(
+        name: impl Into<String>,
+        channels: &[ChannelParams; 3],
+    ) -> Result<Self, ParameterError> {
+        let rho_d = channels.map(|channel| channel.rho_d);
+        SCALE.check_all("rho_d", rho_d)?;
+        let mut lobes: Vec<LobeParams> = Vec::with_capacity(MAX_LOBES);
+        for (c, channel) in channels.iter().enumerate() {
+            let lobe = channel.lobe(c)?;
+            match lobes.iter_mut().find(|known| known.has_shape_of(&lobe)) {
+                Some(known) => {
+                    known.rho_s[c] = lobe.rho_s[c];
+                    known.f0[c] = lobe.f0[c];
+                    known.f1[c] = lobe.f1[c];
+                }
+                None => lobes.push(lobe),
+            }
+        }
+        Ok(Self { name: name.into(), rho_d, lobes })
+    }
+
+    /// Diffuse albedo ρd per colour.
+    #[must_use]
+    pub fn rho_d(&self) -> [f64; 3] {
+        self.rho_d
+    }
+
+    /// The lobes.
+    #[must_use]
+    pub fn lobes(&self) -> &[LobeParams] {
+        &self.lobes
+    }
+
+    /// The material with `change` made to each lobe.
+    #[must_use]
+    pub fn map_lobes(mut self, change: impl Fn(LobeParams) -> LobeParams) -> Self {
+        self.lobes = self.lobes.into_iter().map(change).collect();
+        self
+    }
+
+    /// The lobe that alone colours each channel, where no channel has two: the form of the paper's
+    /// table. A channel that no lobe colours gets the lobe of its index, or the last.
+    #[must_use]
+    pub fn channel_lobes(&self) -> Option<[usize; 3]> {
+        let last = self.lobes.len().checked_sub(1)?;
+        let mut found = [0; 3];
+        for (c, found) in found.iter_mut().enumerate() {
+            let mut colouring = (0..=last).filter(|j| self.lobes[*j].rho_s[c] > 0.0);
+            *found = colouring.next().unwrap_or(c.min(last));
+            if colouring.next().is_some() {
+                return None;
+            }
+        }
+        Some(found)
+    }
+
+    /// The parameters of one channel of a material in the paper's form.
+    #[must_use]
+    pub fn channels(&self) -> Option<[ChannelParams; 3]> {
+        let lobes = self.channel_lobes()?;
+        let channel = |c: usize| {
+            let LobeParams { alpha, p, masking, rho_s, f0, f1 } = self.lobes[lobes[c]];
+            ChannelParams {
+                rho_d: self.rho_d[c],
+                rho_s: rho_s[c],
+                alpha,
+                p,
+                f0: f0[c],
+                f1: f1[c],
+                masking,
+            }
+        };
+        Some([0, 1, 2].map(channel))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CHANNEL: ChannelParams = ChannelParams {
+        rho_d: 0.2,
+        rho_s: 0.3,
+        alpha: 0.1,
+        p: 0.5,
+        f0: 0.04,
+        f1: 0.0,
+        masking: None,
+    };
+
+    #[test]
+    fn channels_of_one_shape_share_a_lobe() {
+        let other = ChannelParams { alpha: 0.2, ..CHANNEL };
+        let material = Material::of_channels("m", &[CHANNEL, other, CHANNEL]).expect("in range");
+        assert_eq!(material.lobes().len(), 2);
+        assert_eq!(material.lobes()[0].rho_s(), [0.3, 0.0, 0.3]);
+        assert_eq!(material.channel_lobes(), Some([0, 1, 0]));
+        assert_eq!(material.channels(), Some([CHANNEL, other, CHANNEL]));
+    }
+
+    #[test]
+    fn two_lobes_that_colour_one_channel_have_no_paper_form() {
+        let lobe = Material::of_channels("m", &[CHANNEL; 3]).expect("in range").lobes()[0];
+        let material = Material::new("m", [0.1; 3], vec![lobe, lobe]).expect("in range");
+        assert_eq!(material.channels(), None);
+        assert_eq!(
+            Material::new("m", [0.1; 3], vec![lobe; 4]).expect_err("too many"),
+            MaterialError::Lobes(4)
+        );
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_refused() {
+        let cases = [
+            ("alpha", ChannelParams { alpha: 0.0, ..CHANNEL }),
+            ("alpha", ChannelParams { alpha: 1e308, ..CHANNEL }),
+            ("p", ChannelParams { p: 1e300, ..CHANNEL }),
+            ("rho_d", ChannelParams { rho_d: f64::NAN, ..CHANNEL }),
+            ("rho_s", ChannelParams { rho_s: -1e-9, ..CHANNEL }),
+            ("f0", ChannelParams { f0: 1e308, ..CHANNEL }),
+            ("f1", ChannelParams { f1: f64::INFINITY, ..CHANNEL }),
+        ];
+        for (key, channel) in cases {
+            let error = Material::of_channels("m", &[channel; 3]).expect_err("out of range");
+            assert_eq!(error.key, key);
+        }
     }
 }

@@ -1,6 +1,58 @@
-//! Directions in the shading frame, where the surface normal is +z.
+//! Directions in the shading frame, where the surface normal is +z, and the angles of a pair.
 
 use glam::DVec3;
+
+/// The angles of a pair of directions that a microfacet model depends on.
+///
+/// h is the half vector and θd the angle between it and either direction (Rusinkiewicz 1998).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Angles {
+    /// tan²θh; infinite where h lies in the surface.
+    pub tan2_h: f64,
+    /// cosθd = wi·h = |wi + wo|/2.
+    pub cos_d: f64,
+    /// cosθi, cosθo.
+    pub cos: [f64; 2],
+    /// cotθi, cotθo; infinite along the normal.
+    pub cot: [f64; 2],
+}
+
+impl Angles {
+    /// The angles of two unit directions; `None` where either is at or below the horizon.
+    #[must_use]
+    pub fn of(wi: DVec3, wo: DVec3) -> Option<Self> {
+        (above_horizon(wi) && above_horizon(wo)).then(|| {
+            let half_sum = wi + wo;
+            Self {
+                tan2_h: tan2_theta(half_sum),
+                // Symmetric in wi and wo to the last bit, which keeps reciprocity exact.
+                cos_d: (0.5 * half_sum.length()).min(1.0),
+                cos: [wi, wo].map(cos_theta),
+                cot: [wi, wo].map(cot_theta),
+            }
+        })
+    }
+}
+
+/// |cosφd| = |cosθi − cosθo|/(sinθh |wi − wo|) of a pair of unit directions, in [0, 1].
+///
+/// 0 where θh or θd is 0 and every φd describes the same pair.
+#[must_use]
+pub fn abs_cos_phi_d(wi: DVec3, wo: DVec3) -> f64 {
+    let tan2_h = tan2_theta(wi + wo);
+    // 2 sinθd = |wi − wo|, without the cancellation of 1 − cos²θd.
+    let swing = (tan2_h / (1.0 + tan2_h)).sqrt() * (wi - wo).length();
+    if swing > 0.0 { ((wi.z - wo.z).abs() / swing).min(1.0) } else { 0.0 }
+}
+
+/// Returns true if light can arrive from or leave in direction `w`.
+///
+/// Excludes the horizon itself, where cosθ is 0 or denormal, and anything but a unit vector: a NaN,
+/// or a squared length that differs from 1 by more than a hundredth.
+#[must_use]
+pub fn above_horizon(w: DVec3) -> bool {
+    w.z >= f64::MIN_POSITIVE && (w.length_squared() - 1.0).abs() <= 1e-2
+}
 
 /// cosθ of a unit direction: its z component.
 #[must_use]
@@ -62,17 +114,19 @@ pub fn normalised(v: DVec3) -> Option<DVec3> {
     })
 }
 
-/// wi + wo, the half vector before it is normalised; its length is 2 cosθd.
-///
-/// Symmetric in its arguments to the last bit, which is what keeps reciprocity exact.
-#[must_use]
-pub fn half_sum(wi: DVec3, wo: DVec3) -> DVec3 {
-    wi + wo
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn phi_d_of_the_mirror_pair_and_of_the_plane_of_incidence() {
+        let (wi, wo) = (spherical(0.4, 0.0), spherical(0.4, std::f64::consts::PI));
+        assert_eq!(abs_cos_phi_d(wi, wo), 0.0, "θh = 0 has no φd");
+        assert!((abs_cos_phi_d(spherical(0.9, 0.0), wi) - 1.0).abs() < 1e-12);
+        let apart = 1e-9;
+        let near = abs_cos_phi_d(spherical(0.4 + apart, 0.0), spherical(0.4, 0.0));
+        assert!((near - 1.0).abs() < 1e-6, "small θd does not cancel: {near}");
+    }
 
     #[test]
     fn degrees_are_exact_at_both_ends() {

@@ -2,11 +2,11 @@
 //! no physics in them.
 
 pub mod arithmetic;
-pub mod box_least_squares;
 pub mod chebyshev;
 pub mod direction;
 pub mod exponential_integral;
 pub mod instruction_set;
+pub mod least_squares;
 pub mod quadrature;
 
 pub use errorfunctions::RealErrorFunctions;

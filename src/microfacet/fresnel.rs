@@ -1,57 +1,50 @@
 //! The Fresnel factor of the SGD model.
 
-/// F(cosθd) = f0 + (1−f0)(1−cosθd)⁵ − f1·cosθd (Bagher et al. 2012, equation 9).
+use serde::{Deserialize, Serialize};
+
+/// F(cosθd) = f0 + (f90−f0)(1−cosθd)⁵ − f1·cosθd; of SGD, f90 = 1 (Bagher et al. 2012, equation 9).
 ///
 /// A fitted curve, not a physical law: it leaves [0, 1] for some published channels (below 0 in
 /// 7, above 1 in 10), and is evaluated as published, never clamped.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fresnel {
     /// The value that Schlick's term starts from.
     pub f0: f64,
-    /// The slope of the linear term; F(0°) = f0 − f1.
+    /// The value that Schlick's term ends at: F(90°).
+    pub f90: f64,
+    /// The coefficient of the linear term; F(0°) = f0 − f1.
     pub f1: f64,
 }
 
-/// Schlick(f0 → f90, exponent) = f0 + (f90−f0)(1−cosθ)^exponent.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SchlickTerm {
-    /// Value at normal incidence.
-    pub f0: f64,
-    /// Value at grazing incidence.
-    pub f90: f64,
-    /// 5 for Schlick's own curve.
-    pub exponent: f64,
-}
-
 impl Fresnel {
+    /// The curve of SGD, which reflects everything at 90°.
+    #[must_use]
+    pub fn sgd(f0: f64, f1: f64) -> Self {
+        Self { f0, f90: 1.0, f1 }
+    }
+
     /// F at cosθd = wi·h.
     #[must_use]
     pub fn eval(&self, cos_theta_d: f64) -> f64 {
-        let Self { f0, f1 } = *self;
-        f0 + (1.0 - f0) * (1.0 - cos_theta_d).powi(5) - f1 * cos_theta_d
+        self.f0 + (self.f90 - self.f0) * (1.0 - cos_theta_d).powi(5) - self.f1 * cos_theta_d
     }
 
-    /// The exact split into two generalised Schlick terms, for renderers that offer those.
+    /// The least and the largest F over cosθd in [0, 1].
     ///
-    /// f1 ≥ 0: Schlick(f0−f1 → 1−f1, 5) + Schlick(0 → f1, 1);
-    /// f1 < 0: Schlick(f0 → 1, 5) + Schlick(−f1 → 0, 1).
+    /// At the ends, or where dF/dcosθd = 0: (1−cosθd)⁴ = −f1/(5 (f90−f0)).
     #[must_use]
-    pub fn schlick_terms(&self) -> [SchlickTerm; 2] {
-        let Self { f0, f1 } = *self;
-        let falling = f1.max(0.0);
-        let rising = (-f1).max(0.0);
-        [
-            SchlickTerm { f0: f0 - falling, f90: 1.0 - falling, exponent: 5.0 },
-            SchlickTerm { f0: rising, f90: falling, exponent: 1.0 },
-        ]
+    pub fn range(&self) -> [f64; 2] {
+        let power = -self.f1 / (5.0 * (self.f90 - self.f0));
+        let turn = (0.0..=1.0).contains(&power).then(|| self.eval(1.0 - power.sqrt().sqrt()));
+        let ends = [self.eval(0.0), self.eval(1.0)].into_iter().chain(turn);
+        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], f| [low.min(f), high.max(f)])
     }
-}
 
-impl SchlickTerm {
-    /// The term at cosθd = wi·h.
+    /// The largest |F| over cosθd in [0, 1].
     #[must_use]
-    pub fn eval(&self, cos_theta_d: f64) -> f64 {
-        self.f0 + (self.f90 - self.f0) * (1.0 - cos_theta_d).powf(self.exponent)
+    pub fn max_magnitude(&self) -> f64 {
+        let [least, largest] = self.range();
+        largest.max(-least)
     }
 }
 
@@ -60,12 +53,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_schlick_terms_are_the_published_curve() {
-        for fresnel in [Fresnel { f0: 0.24, f1: 0.18 }, Fresnel { f0: 9e-12, f1: -0.61 }] {
-            for cos_theta_d in [0.0, 0.1, 0.5, 0.9, 1.0] {
-                let sum: f64 = fresnel.schlick_terms().iter().map(|t| t.eval(cos_theta_d)).sum();
-                assert!((sum - fresnel.eval(cos_theta_d)).abs() < 1e-15);
-            }
+    fn the_range_holds_every_value_and_is_reached() {
+        let curves =
+            [(0.24, 0.18), (9e-12, -0.61), (-0.274, 0.0), (5.0, 3.9), (0.5, -0.1), (1.0, 0.3)];
+        for fresnel in curves.map(|(f0, f1)| Fresnel::sgd(f0, f1)) {
+            let [least, largest] = fresnel.range();
+            let values = (0..=10_000).map(|i| fresnel.eval(f64::from(i) * 1e-4));
+            let [low, high] =
+                values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], f| [l.min(f), h.max(f)]);
+            assert!(least <= low && low - least < 1e-6, "{fresnel:?}: {least} {low}");
+            assert!(largest >= high && largest - high < 1e-6, "{fresnel:?}: {largest} {high}");
         }
     }
 }

@@ -72,9 +72,9 @@ pub fn under_sun(reflectance: &dyn Reflectance, sun: Sun, size: usize) -> Film {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::MaskingKind;
     use crate::brdf::SgdBrdf;
     use crate::material::find;
-    use crate::microfacet::masking::MaskingKind;
 
     #[test]
     fn frames_are_orthonormal_and_keep_the_normal() {

@@ -2,17 +2,15 @@
 
 use crate::brdf::Reflectance;
 use crate::brdf::batch::SgdBatch;
-use crate::brdf::lobes::LobesBrdf;
-use crate::brdf::one_lobe::Distribution;
-use crate::fit::{gltf, lobes, one_lobe};
-use crate::lut::BakeError;
+use crate::brdf::{Brdf, MaskingKind};
+use crate::fit::{gltf, mixture, one_lobe};
 use crate::lut::decode::{Lookup, LutBrdf};
-use crate::lut::table::Depth;
+use crate::lut::{BakeError, Depth, Depths, Extent, Quantity, Request, bake};
 use crate::material::Material;
-use crate::microfacet::masking::MaskingKind;
+use crate::microfacet::Family;
 
 /// A reflectance that stands for a material: its own, or the best fit of another model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Model {
     /// The measured material
     #[default]
@@ -21,16 +19,16 @@ pub enum Model {
     Beckmann,
     /// The best single GGX lobe
     Ggx,
-    /// Five Beckmann lobes with widths shared by the channels
-    Lobes,
+    /// Five Beckmann distributions with widths shared by the lobes
+    Mixture,
     /// The best glTF material
     Gltf,
     /// Lookup textures of 256 texels in half floats
     Lut,
 }
 
-/// Lobes of [`Model::Lobes`].
-pub const SHOWN_LOBES: usize = 5;
+/// Components of [`Model::Mixture`].
+pub const SHOWN_COMPONENTS: usize = 5;
 
 /// Texels along each axis of [`Model::Lut`].
 pub const SHOWN_TEXELS: usize = 256;
@@ -42,16 +40,29 @@ impl Model {
     ///
     /// The textures cannot be baked.
     pub fn reflectance(self, material: &Material) -> Result<Box<dyn Reflectance>, BakeError> {
-        let one_lobe = |distribution| Box::new(one_lobe::fit(material, distribution).per_channel);
+        let one_lobe = |family| Box::new(one_lobe::fit(material, family).per_channel.brdf());
         Ok(match self {
             Self::Sgd => Box::new(SgdBatch::new(material, MaskingKind::Exact)),
-            Self::Beckmann => one_lobe(Distribution::Beckmann),
-            Self::Ggx => one_lobe(Distribution::Ggx),
-            Self::Lobes => Box::new(LobesBrdf::new(material, &lobes::lobes(material, SHOWN_LOBES))),
-            Self::Gltf => Box::new(gltf::fit(material).material),
-            Self::Lut => {
-                Box::new(LutBrdf::bake(material, SHOWN_TEXELS, Depth::Half, Lookup::Filtered)?)
+            Self::Beckmann => one_lobe(Family::Beckmann),
+            Self::Ggx => one_lobe(Family::Ggx),
+            Self::Mixture => {
+                let mixture = mixture::best_picture(material, SHOWN_COMPONENTS);
+                Box::new(Brdf::of_mixture(material, &mixture))
             }
+            Self::Gltf => Box::new(gltf::fit(material).material),
+            Self::Lut => Box::new(through_textures(material)?),
         })
     }
+}
+
+/// The material through textures of [`SHOWN_TEXELS`] half floats.
+fn through_textures(material: &Material) -> Result<LutBrdf, BakeError> {
+    let request = Request {
+        quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+        masking: MaskingKind::Exact,
+        extent: Extent::Size(SHOWN_TEXELS),
+        depths: Depths::Only(Depth::Half),
+    };
+    let baked = bake(&[material], &request)?;
+    LutBrdf::new(&baked, 0, Lookup::Filtered).ok_or(BakeError::NoMaterial)
 }

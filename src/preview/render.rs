@@ -5,11 +5,10 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
-use crate::brdf::Reflectance;
-use crate::brdf::eval::above_horizon;
 use crate::brdf::sampler::{Sampler, Strategy, Towards};
-use crate::material::Material;
-use crate::microfacet::masking::MaskingKind;
+use crate::brdf::{MaskingKind, Reflectance, SgdBrdf};
+use crate::material::{Material, catalog};
+use crate::math::direction::{above_horizon, spherical};
 use crate::preview::ball::{TO_VIEWER, frame};
 use crate::preview::colour::luminance;
 use crate::preview::environment::{Arriving, Environment};
@@ -83,6 +82,39 @@ pub fn render<const MODELS: usize>(
 #[must_use]
 pub fn drawn_from(material: &Material) -> Sampler {
     Sampler::new(material, MaskingKind::Fitted, Strategy::Ggx)
+}
+
+/// What the directions for a reflectance without parameters are drawn from: as for the material of
+/// the catalogue whose values are nearest to its own.
+///
+/// # Panics
+///
+/// Never: the catalogue is not empty.
+#[must_use]
+pub fn drawn_like(reflectance: &dyn Reflectance) -> Sampler {
+    let seen = logarithms(reflectance);
+    let distance = |material: &Material| {
+        let known = logarithms(&SgdBrdf::new(material, MaskingKind::Fitted));
+        let differences = known.iter().zip(&seen).filter(|(_, seen)| seen.is_finite());
+        differences.map(|(known, seen)| (known - seen).powi(2)).sum::<f64>()
+    };
+    let materials = catalog().iter().map(|entry| (distance(&entry.material), &entry.material));
+    let nearest = materials.min_by(|a, b| a.0.total_cmp(&b.0));
+    drawn_from(nearest.expect("the catalogue is not empty").1)
+}
+
+/// ln f, the mean of the colours, at half vectors ever farther from the normal, beside the plane
+/// of incidence.
+fn logarithms(reflectance: &dyn Reflectance) -> Vec<f64> {
+    const COUNT: i32 = 24;
+    let value = |i: i32| {
+        let theta_h = 1.4 * (f64::from(i) / f64::from(COUNT)).powi(2);
+        let (h, aside) = (spherical(theta_h, 0.0), DVec3::new(0.0, 0.3, 0.0));
+        let [wi, wo] = [h + aside, h - aside].map(DVec3::normalize);
+        let grey = reflectance.eval(wi, wo).iter().sum::<f64>() / 3.0;
+        grey.max(1e-6).ln()
+    };
+    (0..COUNT).map(value).collect()
 }
 
 /// A pixel and the squared standard error of its luminance.
@@ -237,7 +269,6 @@ fn spread<const N: usize>(start: [f64; N], step: [f64; N], index: usize) -> [f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::SgdBrdf;
     use crate::material::find;
     use std::f64::consts::FRAC_1_PI;
 

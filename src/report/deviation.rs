@@ -7,10 +7,9 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
-use crate::brdf::{Reflectance, SgdBrdf};
+use crate::brdf::{MaskingKind, Reflectance, Sample as _, SgdBrdf};
 use crate::material::Material;
 use crate::math::direction::spherical;
-use crate::microfacet::masking::MaskingKind;
 use crate::preview::Film;
 use crate::preview::ball::{KEY_LIGHT, under_sun};
 use crate::preview::render::drawn_from;

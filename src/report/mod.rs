@@ -1,15 +1,20 @@
 //! Reports on materials, every number from the run that writes it: the audit of laws and limits,
 //! speed against error, the material sheet.
 
+pub mod appearance;
 pub mod audit;
 pub mod audit_page;
 pub mod axis;
 pub mod chart;
 pub mod deviation;
+pub mod estimate;
 pub mod front;
 pub mod heat;
 pub mod machine;
+pub mod measured;
+pub mod measured_page;
 pub mod number;
+pub mod parameters;
 pub mod polar;
 pub mod sheet;
 pub mod sheet_page;

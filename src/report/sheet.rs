@@ -3,11 +3,10 @@
 
 use crate::brdf::batch::SgdBatch;
 use crate::brdf::gltf::GltfBrdf;
-use crate::brdf::one_lobe::{Distribution, OneLobeBrdf};
-use crate::brdf::{Reflectance, SgdBrdf};
+use crate::brdf::{Brdf, MaskingKind, OneLobe, Reflectance, SgdBrdf};
 use crate::fit::{Metric, gltf, one_lobe};
 use crate::material::{Material, find};
-use crate::microfacet::masking::MaskingKind;
+use crate::microfacet::{Family, OneWidth};
 use crate::preview::film::{DeltaE, FilmError};
 use crate::preview::render::{Quality, drawn_from, render};
 use crate::preview::{Environment, Film, Shape};
@@ -33,13 +32,15 @@ pub struct Sheet<'a> {
 /// The best fits that a sheet compares.
 pub struct Fits {
     /// One Beckmann lobe per channel.
-    pub beckmann: OneLobeBrdf,
+    pub beckmann: OneLobe,
     /// One GGX lobe per channel.
-    pub ggx: OneLobeBrdf,
+    pub ggx: OneLobe,
     /// A glTF material.
     pub gltf: GltfBrdf,
     /// Relative residuals of the three, per channel.
     pub residuals: [[f64; 3]; 3],
+    /// The first two as reflectances.
+    one_lobe: [Brdf<OneWidth>; 2],
 }
 
 /// Pictures of one ball under the same lights.
@@ -110,12 +111,13 @@ impl<'a> Sheet<'a> {
 
 impl Fits {
     fn new(material: &Material) -> Self {
-        let beckmann = one_lobe::fit(material, Distribution::Beckmann);
-        let ggx = one_lobe::fit(material, Distribution::Ggx);
+        let beckmann = one_lobe::fit(material, Family::Beckmann);
+        let ggx = one_lobe::fit(material, Family::Ggx);
         let gltf = gltf::fit(material);
         Self {
             residuals: [beckmann.per_channel_residuals, ggx.per_channel_residuals, gltf.residuals]
                 .map(|residuals| residuals.in_metric(Metric::default())),
+            one_lobe: [beckmann.per_channel.brdf(), ggx.per_channel.brdf()],
             beckmann: beckmann.per_channel,
             ggx: ggx.per_channel,
             gltf: gltf.material,
@@ -125,7 +127,7 @@ impl Fits {
     /// The fits as reflectances, in the order of [`FIT_NAMES`].
     #[must_use]
     pub fn reflectances(&self) -> [&dyn Reflectance; 3] {
-        [&self.beckmann, &self.ggx, &self.gltf]
+        [&self.one_lobe[0], &self.one_lobe[1], &self.gltf]
     }
 }
 

@@ -6,12 +6,12 @@ use base64::{Engine as _, prelude::BASE64_STANDARD};
 
 use crate::encode::GENERATOR;
 use crate::material::Channel;
-use crate::microfacet::{FittedMasking, SgdNdf};
 use crate::preview::film::FilmError;
 use crate::report::audit_page;
 use crate::report::chart::{escape, line_key};
 use crate::report::heat;
 use crate::report::number::six_digits;
+use crate::report::parameters;
 use crate::report::sheet::{FIT_NAMES, Page, Sheet};
 use crate::report::sheet_plots::Plots;
 
@@ -52,24 +52,15 @@ pub fn document(title: &str, body: &str) -> String {
     )
 }
 
-/// The columns of the paper's table.
+/// The columns of the paper's table, as a page prints them.
 const COLUMNS: [&str; 12] = ["ρd", "ρs", "α", "p", "F0", "F1", "K", "λ", "c", "k", "θ0", "error"];
 
 fn parameters(sheet: &Sheet<'_>) -> String {
-    let rows: Vec<Vec<String>> = Channel::ALL
-        .into_iter()
-        .enumerate()
-        .map(|(c, channel)| {
-            let p = &sheet.material.channels[c];
-            let masking = p.masking.map(|m| [m.lambda, m.c, m.k, FittedMasking::new(m).theta0()]);
-            let shape = [p.rho_d, p.rho_s, p.alpha, p.p, p.f0, p.f1, SgdNdf::new(p.alpha, p.p).k()];
-            let numbers =
-                shape.map(Some).into_iter().chain(masking.map_or([None; 4], |m| m.map(Some)));
-            let error = sheet.printed_error.map(|errors| errors[c]);
-            let cells = numbers.chain([error]).map(|n| n.map_or("–".to_owned(), six_digits));
-            std::iter::once(channel.name().to_owned()).chain(cells).collect()
-        })
-        .collect();
+    let number = |n: &Option<f64>| n.map_or("–".to_owned(), six_digits);
+    let row = |(name, row): &(String, parameters::Row)| {
+        std::iter::once(name.clone()).chain(row.iter().map(number)).collect()
+    };
+    let rows: Vec<Vec<String>> = parameters::rows(sheet.material).iter().map(row).collect();
     let note = "K and θ0 are recomputed from the other columns; the error is the one that the paper \
                 states. θ0 is in radians.";
     format!("<h2>Parameters</h2>{}<p class=\"soft\">{note}</p>", table("", &COLUMNS, &rows))
@@ -245,21 +236,22 @@ fn audit(sheet: &Sheet<'_>) -> String {
 
 /// The index of several sheets.
 #[must_use]
-pub fn index(pages: &[Page]) -> String {
+pub fn index<'p>(pages: impl IntoIterator<Item = (&'p str, &'p Page)>) -> String {
     let mut body = String::from(
         "<h1>Material sheets</h1><p>Mean ΔE2000 of the best Beckmann, GGX and glTF material against \
          the measured one, on a ball under the same lights.</p><div class=\"scroll\"><table>\
          <tr><th>material</th><th></th><th>Beckmann</th><th>GGX</th><th>glTF</th><th>albedo &gt; 1 from</th></tr>",
     );
-    for page in pages {
+    for (file, page) in pages {
         let name = escape(&page.name);
         let [beckmann, ggx, gltf] = page.delta_e;
         let gain =
             page.gains_energy_from_deg.map_or("–".to_owned(), |angle| format!("{angle:.1}°"));
         let _ = write!(
             body,
-            "<tr><td><a href=\"{name}.html\">{name}</a></td><td><img alt=\"\" width=\"40\" height=\"40\" \
+            "<tr><td><a href=\"{}\">{name}</a></td><td><img alt=\"\" width=\"40\" height=\"40\" \
              src=\"{}\"></td><td>{beckmann:.2}</td><td>{ggx:.2}</td><td>{gltf:.2}</td><td>{gain}</td></tr>",
+            escape(file),
             data_uri(&page.thumbnail)
         );
     }

@@ -2,11 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::brdf::{ChannelBrdf, Reflectance};
+use crate::brdf::{Lobe as MicrofacetLobe, Reflectance};
 use crate::material::Channel;
 use crate::math::direction::{cos_sin_degrees, spherical};
-use crate::microfacet::Masking;
-use crate::microfacet::masking::{FittedMasking, MaskingKind};
+use crate::microfacet::{Distribution as _, FittedMasking, Sgd};
 use crate::report::axis::Axis;
 use crate::report::chart::{Chart, Curve};
 use crate::report::polar::{Lobe, Polar};
@@ -18,8 +17,8 @@ pub struct Plots {
     pub lobes: Vec<(f64, [String; 3])>,
     /// F against θd.
     pub fresnel: String,
-    /// D against θh, per channel.
-    pub ndf: [String; 3],
+    /// D against θh, per lobe.
+    pub ndf: Vec<String>,
     /// G1 against θ, exact and as published.
     pub masking: String,
     /// The difference of the two.
@@ -42,7 +41,7 @@ pub fn plots(sheet: &Sheet<'_>) -> Plots {
     Plots {
         lobes: INCIDENCES.map(|theta| (theta, lobes(sheet, theta))).to_vec(),
         fresnel: fresnel(sheet),
-        ndf: std::array::from_fn(|c| ndf(sheet, c)),
+        ndf: (0..sheet.sgd.lobes.len()).map(|j| ndf(sheet, j)).collect(),
         masking: masking(sheet),
         masking_difference: masking_difference(sheet),
         albedo: albedo(sheet),
@@ -81,30 +80,47 @@ fn plane_of_incidence(model: &dyn Reflectance, theta_i: f64) -> Vec<[f64; 4]> {
     (-STEPS..=STEPS).map(at).collect()
 }
 
+/// F of each lobe and colour that it reflects.
 fn fresnel(sheet: &Sheet<'_>) -> String {
-    let curve = |channel: &ChannelBrdf| angles(|cos, _| channel.fresnel.eval(cos));
-    let curves = sheet.sgd.channels.each_ref().map(curve);
-    let values = || curves.iter().flatten().map(|p| p[1]);
+    let lobe = |lobe: &MicrofacetLobe<Sgd>| {
+        let colours = Channel::ALL.into_iter().filter(|c| lobe.rho_s[*c as usize] > 0.0);
+        let curve = |c: Channel| Curve {
+            class: c.name().to_owned(),
+            points: angles(|cos, _| lobe.fresnel[c as usize].eval(cos)),
+        };
+        colours.map(curve).collect::<Vec<_>>()
+    };
+    let curves: Vec<Curve> = sheet.sgd.lobes.iter().flat_map(lobe).collect();
+    let values = || curves.iter().flat_map(|curve| &curve.points).map(|p| p[1]);
     let (low, high) = (values().fold(0.0, f64::min), values().fold(1.0, f64::max));
-    chart("Fresnel factor", "θd [°]", "F", Axis::linear("", low, high), by_channel(curves, ""))
+    chart("Fresnel factor", "θd [°]", "F", Axis::linear("", low, high), curves)
 }
 
-/// D with the widths of the fits, in decades down from the peak.
-fn ndf(sheet: &Sheet<'_>, c: usize) -> String {
+/// The colours that a lobe reflects, as a title names them.
+fn colours(lobe: &MicrofacetLobe<Sgd>) -> String {
+    let colours = Channel::ALL.into_iter().filter(|c| lobe.rho_s[*c as usize] > 0.0);
+    colours.map(Channel::name).collect::<Vec<_>>().join(" ")
+}
+
+/// D of a lobe with the widths of the fits, in decades down from the peak.
+fn ndf(sheet: &Sheet<'_>, j: usize) -> String {
     const DECADES: f64 = 1e-5;
-    let sgd = &sheet.sgd.channels[c].ndf;
-    let end = shown_angle(|tan2| sgd.eval(tan2) > sgd.peak() * DECADES);
+    let lobe = &sheet.sgd.lobes[j];
+    let sgd = &lobe.distribution;
+    let end = shown_angle(|tan2| sgd.ndf(tan2) > sgd.peak() * DECADES);
+    // The fits' width in the first colour of the lobe.
+    let c = (0..3).find(|c| lobe.rho_s[*c] > 0.0).unwrap_or(0);
     let one_lobe = [sheet.fits.beckmann, sheet.fits.ggx].map(|fit| {
-        let alpha = fit.channels[c].alpha;
-        angles_to(end, |cos, sin| fit.distribution.ndf(alpha, (sin / cos).powi(2)))
+        let fitted = fit.family.of_width(fit.channels[c].alpha);
+        angles_to(end, |cos, sin| fitted.ndf((sin / cos).powi(2)))
     });
-    let exact = angles_to(end, |cos, sin| sgd.eval((sin / cos).powi(2)));
+    let exact = angles_to(end, |cos, sin| sgd.ndf((sin / cos).powi(2)));
     let fits = one_lobe.into_iter().zip(FIT_CLASSES);
     let curves = fits.chain([(exact, "sgd")]);
     let curves = curves.map(|(points, class)| Curve { class: class.to_owned(), points }).collect();
     let y = Axis::decades("", sgd.peak() * DECADES, sgd.peak());
     let y = Axis { label: "D [1/sr]".to_owned(), ..y };
-    let title = format!("D, {}", Channel::ALL[c].name());
+    let title = format!("D, {}", colours(lobe));
     let x = Axis::linear("θh [°]", 0.0, end);
     Chart { title, size: CHART_SIZE, x, y, curves, marks: vec![], key: vec![] }.svg()
 }
@@ -115,35 +131,38 @@ fn shown_angle(visible: impl Fn(f64) -> bool) -> f64 {
     ends.into_iter().find(|end| !visible(end.to_radians().tan().powi(2))).unwrap_or(90.0)
 }
 
-/// The masking as published, or as fitted where a material file gives none.
-fn published_masking(sheet: &Sheet<'_>) -> [FittedMasking; 3] {
-    std::array::from_fn(|c| {
-        let params = &sheet.material.channels[c];
-        match ChannelBrdf::new(params, MaskingKind::Fitted).masking {
-            Masking::Fitted(fitted) => fitted,
-            Masking::Exact(smith) => FittedMasking::fit(&smith),
-        }
-    })
+/// The masking of each lobe as published, or as fitted where a material file gives none.
+fn published_masking(sheet: &Sheet<'_>) -> Vec<FittedMasking> {
+    sheet.material.lobes().iter().map(FittedMasking::of).collect()
+}
+
+/// A curve of each lobe, in the class of the first colour that it reflects.
+fn by_lobe(sheet: &Sheet<'_>, class: &str, curve: impl Fn(usize) -> Vec<[f64; 2]>) -> Vec<Curve> {
+    let lobes = sheet.sgd.lobes.iter().enumerate();
+    let named = |(j, lobe): (usize, &MicrofacetLobe<Sgd>)| {
+        let colour = Channel::ALL.into_iter().find(|c| lobe.rho_s[*c as usize] > 0.0);
+        let colour = colour.unwrap_or(Channel::ALL[j.min(2)]);
+        Curve { class: format!("{}{class}", colour.name()), points: curve(j) }
+    };
+    lobes.map(named).collect()
 }
 
 fn masking(sheet: &Sheet<'_>) -> String {
-    let exact =
-        sheet.sgd.channels.each_ref().map(|channel| angles(|c, s| channel.masking.g1(c / s)));
-    let fitted = published_masking(sheet).map(|masking| angles(|c, s| masking.g1(c / s)));
-    let mut curves = by_channel(fitted, " dashed");
-    curves.extend(by_channel(exact, ""));
+    let fitted = published_masking(sheet);
+    let mut curves = by_lobe(sheet, " dashed", |j| angles(|c, s| fitted[j].g1(c / s)));
+    curves.extend(by_lobe(sheet, "", |j| angles(|c, s| sheet.sgd.lobes[j].g1(c / s))));
     chart("G1 · exact and, dashed, as fitted", "θ [°]", "G1", Axis::linear("", 0.0, 1.0), curves)
 }
 
 fn masking_difference(sheet: &Sheet<'_>) -> String {
     let fitted = published_masking(sheet);
-    let curves: [Vec<[f64; 2]>; 3] = std::array::from_fn(|c| {
-        let exact = &sheet.sgd.channels[c].masking;
-        angles(|cos, sin| fitted[c].g1(cos / sin) - exact.g1(cos / sin))
+    let curves = by_lobe(sheet, "", |j| {
+        angles(|cos, sin| fitted[j].g1(cos / sin) - sheet.sgd.lobes[j].g1(cos / sin))
     });
-    let largest = curves.iter().flatten().map(|p| p[1].abs()).fold(1e-4, f64::max);
+    let values = curves.iter().flat_map(|curve| &curve.points).map(|p| p[1].abs());
+    let largest = values.fold(1e-4, f64::max);
     let y = Axis::linear("", -largest, largest);
-    chart("G1 · fitted − exact", "θ [°]", "ΔG1", y, by_channel(curves, ""))
+    chart("G1 · fitted − exact", "θ [°]", "ΔG1", y, curves)
 }
 
 fn albedo(sheet: &Sheet<'_>) -> String {

@@ -9,16 +9,14 @@ use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
 use crate::brdf::batch::{InstructionSet, Pairs, RgbMut, SgdBatch};
-use crate::brdf::lobes::LobesBrdf;
-use crate::brdf::one_lobe::Distribution;
+use crate::brdf::model::fresnel;
 use crate::brdf::reflectance::cosine_sample;
-use crate::brdf::{ChannelBrdf, Reflectance, SgdBrdf};
-use crate::fit::{gltf, lobes, one_lobe};
-use crate::lut::BakeError;
+use crate::brdf::{Brdf, Lobe, MaskingKind, Reflectance, SgdBrdf};
+use crate::fit::{gltf, mixture, one_lobe};
 use crate::lut::decode::{Lookup, LutBrdf, VolumeBrdf};
-use crate::lut::table::Depth;
-use crate::material::Material;
-use crate::microfacet::masking::MaskingKind;
+use crate::lut::{BakeError, Baked, Depth, Depths, Extent, Quantity, Request, bake};
+use crate::material::{LobeParams, Material};
+use crate::microfacet::{Accuracy, BeckmannMixture};
 use crate::report::deviation::{Deviation, Yardstick};
 use crate::report::front::margins;
 use crate::report::stopwatch::{Job, Patience, Timing, measure};
@@ -38,7 +36,7 @@ pub struct Measured {
     /// Its name.
     pub method: String,
     /// What kind of method it is.
-    pub family: Family,
+    pub family: MethodFamily,
     /// Time of one RGB evaluation.
     pub time: Timing,
     /// Parameters or texels that must be stored \[bytes\].
@@ -57,7 +55,7 @@ pub struct Measured {
 /// Kinds of methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Family {
+pub enum MethodFamily {
     /// The model's formula, pair by pair.
     Formula,
     /// The model's formula over slices, in f32 vectors.
@@ -68,7 +66,7 @@ pub enum Family {
     Fit,
 }
 
-impl Family {
+impl MethodFamily {
     /// Every family.
     pub const ALL: [Self; 4] = [Self::Formula, Self::Batch, Self::Table, Self::Fit];
 
@@ -137,7 +135,7 @@ impl Effort {
         }
     }
 
-    fn lobe_counts(self) -> &'static [usize] {
+    fn component_counts(self) -> &'static [usize] {
         match self {
             Self::Quick => &[1, 5],
             Self::Full => &[1, 2, 3, 4, 5, 6, 8, 10, 12],
@@ -148,7 +146,7 @@ impl Effort {
 /// A way to evaluate a material.
 struct Method {
     name: String,
-    family: Family,
+    family: MethodFamily,
     bytes: usize,
     preparation: Duration,
     evaluator: Evaluator,
@@ -164,9 +162,17 @@ const fn numbers(count: usize) -> usize {
     8 * count
 }
 
-/// Parameters of a material: 6 per channel, and 3 more of the masking fit.
-const EXACT_PARAMETERS: usize = 18;
-const FITTED_PARAMETERS: usize = 27;
+/// Numbers that describe a material: ρd of three colours; α and p of each lobe, and ρs, f0 and f1
+/// of each colour that it reflects.
+fn exact_parameters(material: &Material) -> usize {
+    let colours = |lobe: &LobeParams| lobe.rho_s().iter().filter(|rho_s| **rho_s > 0.0).count();
+    3 + material.lobes().iter().map(|lobe| 2 + 3 * colours(lobe)).sum::<usize>()
+}
+
+/// The same with λ, c and k of each lobe.
+fn fitted_parameters(material: &Material) -> usize {
+    exact_parameters(material) + 3 * material.lobes().len()
+}
 
 fn methods(material: &Material, effort: Effort) -> Result<Vec<Method>, BakeError> {
     let mut methods = formulas(material);
@@ -177,34 +183,59 @@ fn methods(material: &Material, effort: Effort) -> Result<Vec<Method>, BakeError
         }
     }
     for size in effort.volume_sizes() {
-        methods.push(volume(material, *size)?);
+        methods.extend(volume(material, *size)?);
     }
     methods.extend(fits(material, effort));
     Ok(methods)
 }
 
 fn formulas(material: &Material) -> Vec<Method> {
-    let exact = |accuracy: f64| {
-        let name = format!("f64 exact, {accuracy:.0e}");
-        Method::new(&name, Family::Formula, numbers(EXACT_PARAMETERS), || {
-            let channel = |c| ChannelBrdf::with_accuracy(c, MaskingKind::Exact, accuracy);
-            pair_by_pair(SgdBrdf { channels: material.channels.each_ref().map(channel) })
+    let exact = |digits: &str, prepare: &dyn Fn() -> SgdBrdf| {
+        let name = format!("f64 exact, {digits}");
+        Method::new(&name, MethodFamily::Formula, numbers(exact_parameters(material)), || {
+            pair_by_pair(prepare())
         })
     };
+    let with = |accuracy| SgdBrdf::with_accuracy(material, MaskingKind::Exact, accuracy);
     vec![
-        exact(1e-13),
-        exact(1e-6),
-        exact(1e-3),
-        Method::new("f64 fitted", Family::Formula, numbers(FITTED_PARAMETERS), || {
-            pair_by_pair(SgdBrdf::new(material, MaskingKind::Fitted))
-        }),
-        Method::new("f32 exact", Family::Formula, numbers(EXACT_PARAMETERS) / 2, || {
-            pair_by_pair(OneByOne(SgdBatch::new(material, MaskingKind::Exact)))
-        }),
-        Method::new("f32 fitted", Family::Formula, numbers(FITTED_PARAMETERS) / 2, || {
-            pair_by_pair(OneByOne(SgdBatch::new(material, MaskingKind::Fitted)))
-        }),
+        exact("1e-13", &|| with(Accuracy::Reference)),
+        exact("1e-6", &|| with(Accuracy::Picture)),
+        Method::new(
+            "f64 exact, 1e-3",
+            MethodFamily::Formula,
+            numbers(exact_parameters(material)),
+            || pair_by_pair(coarse(material, 1e-3)),
+        ),
+        Method::new(
+            "f64 fitted",
+            MethodFamily::Formula,
+            numbers(fitted_parameters(material)),
+            || pair_by_pair(SgdBrdf::new(material, MaskingKind::Fitted)),
+        ),
+        Method::new(
+            "f32 exact",
+            MethodFamily::Formula,
+            numbers(exact_parameters(material)) / 2,
+            || pair_by_pair(OneByOne(SgdBatch::new(material, MaskingKind::Exact))),
+        ),
+        Method::new(
+            "f32 fitted",
+            MethodFamily::Formula,
+            numbers(fitted_parameters(material)) / 2,
+            || pair_by_pair(OneByOne(SgdBatch::new(material, MaskingKind::Fitted))),
+        ),
     ]
+}
+
+/// SGD through Beckmann mixtures so short that masking is within `accuracy` of the exact one.
+fn coarse(material: &Material, accuracy: f64) -> Brdf<BeckmannMixture> {
+    let lobe = |params: &LobeParams| Lobe {
+        distribution: BeckmannMixture::new(params.alpha(), params.p(), accuracy),
+        fitted: None,
+        rho_s: params.rho_s(),
+        fresnel: fresnel(params),
+    };
+    Brdf { rho_d: material.rho_d(), lobes: material.lobes().iter().map(lobe).collect() }
 }
 
 /// The f32 kernel called for each pair by itself.
@@ -218,13 +249,13 @@ impl Reflectance for OneByOne {
 
 fn batches(material: &Material) -> Vec<Method> {
     let kinds = [
-        (MaskingKind::Exact, "exact", EXACT_PARAMETERS),
-        (MaskingKind::Fitted, "fitted", FITTED_PARAMETERS),
+        (MaskingKind::Exact, "exact", exact_parameters(material)),
+        (MaskingKind::Fitted, "fitted", fitted_parameters(material)),
     ];
     let method = |set: InstructionSet| {
         kinds.map(|(kind, name, parameters)| {
             let name = format!("batch {name}, {}", set.name());
-            Method::new(&name, Family::Batch, numbers(parameters) / 2, || {
+            Method::new(&name, MethodFamily::Batch, numbers(parameters) / 2, || {
                 Evaluator::Slices(SgdBatch::new(material, kind).with_instruction_set(set))
             })
         })
@@ -232,53 +263,80 @@ fn batches(material: &Material) -> Vec<Method> {
     InstructionSet::available().flat_map(method).collect()
 }
 
-fn tables(material: &Material, width: usize, depth: Depth) -> Result<[Method; 2], BakeError> {
-    let method = |lookup: Lookup, how: &str| {
-        let start = Instant::now();
-        let lut = LutBrdf::bake(material, width, depth, lookup)?;
-        Ok(Method {
+/// Bakes some quantities of one material.
+fn baked(
+    material: &Material,
+    quantities: &[Quantity],
+    size: usize,
+    depth: Depth,
+) -> Result<Baked, BakeError> {
+    let request = Request {
+        quantities: quantities.to_vec(),
+        masking: MaskingKind::Exact,
+        extent: Extent::Size(size),
+        depths: Depths::Only(depth),
+    };
+    bake(&[material], &request)
+}
+
+fn tables(material: &Material, width: usize, depth: Depth) -> Result<Vec<Method>, BakeError> {
+    const FACTORS: [Quantity; 3] = [Quantity::Ndf, Quantity::Masking, Quantity::Fresnel];
+    let start = Instant::now();
+    let baked = baked(material, &FACTORS, width, depth)?;
+    let preparation = start.elapsed();
+    let lookups = [(Lookup::Nearest, "nearest"), (Lookup::Filtered, "filtered")];
+    let method = |(lookup, how): (Lookup, &str)| {
+        let lut = LutBrdf::new(&baked, 0, lookup)?;
+        Some(Method {
             name: format!("table {width} {}, {how}", depth.name()),
-            family: Family::Table,
+            family: MethodFamily::Table,
             bytes: lut.bytes(),
-            preparation: start.elapsed(),
+            preparation,
             evaluator: pair_by_pair(lut),
         })
     };
-    Ok([method(Lookup::Nearest, "nearest")?, method(Lookup::Filtered, "filtered")?])
+    Ok(lookups.into_iter().filter_map(method).collect())
 }
 
-fn volume(material: &Material, size: usize) -> Result<Method, BakeError> {
+fn volume(material: &Material, size: usize) -> Result<Option<Method>, BakeError> {
     let start = Instant::now();
-    let volume = VolumeBrdf::bake(material, size, Depth::Half)?;
-    Ok(Method {
+    let baked = baked(material, &[Quantity::Brdf3d], size, Depth::Half)?;
+    Ok(VolumeBrdf::new(&baked, 0).map(|volume| Method {
         name: format!("3D table {size}³ half"),
-        family: Family::Table,
+        family: MethodFamily::Table,
         bytes: volume.bytes(),
         preparation: start.elapsed(),
         evaluator: pair_by_pair(volume),
-    })
+    }))
 }
 
 fn fits(material: &Material, effort: Effort) -> Vec<Method> {
     // ρd, α and three Fresnel numbers per channel.
-    let one_lobe = |distribution, name: &str| {
-        Method::new(name, Family::Fit, numbers(15), || {
-            pair_by_pair(one_lobe::fit(material, distribution).per_channel)
+    let one_lobe = |family, name: &str| {
+        Method::new(name, MethodFamily::Fit, numbers(15), || {
+            pair_by_pair(one_lobe::fit(material, family).per_channel.brdf())
         })
     };
-    // ρd, ρs, f0, f1 per channel; a width and three weights per lobe.
-    let lobes = |count: &usize| {
-        let name = format!("{count} lobe{}", if *count == 1 { "" } else { "s" });
-        Method::new(&name, Family::Fit, numbers(12 + 4 * count), || {
-            pair_by_pair(LobesBrdf::new(material, &lobes::lobes(material, *count)))
+    // ρd of each colour, ρs, f0, f1 of each colour of a lobe; a width and its weights per component.
+    let lobes = material.lobes().len();
+    let mixture = |count: &usize| {
+        let name = format!("{count} Beckmann");
+        let bytes = numbers(exact_parameters(material) - 2 * lobes + (1 + lobes) * count);
+        Method::new(&name, MethodFamily::Fit, bytes, || {
+            let mixture = mixture::best_picture(material, *count);
+            pair_by_pair(Brdf::of_mixture(material, &mixture))
         })
     };
-    let gltf = Method::new("glTF", Family::Fit, numbers(11), || {
+    let gltf = Method::new("glTF", MethodFamily::Fit, numbers(11), || {
         pair_by_pair(gltf::fit(material).material)
     });
-    let engines =
-        [one_lobe(Distribution::Beckmann, "Beckmann"), one_lobe(Distribution::Ggx, "GGX"), gltf];
-    engines.into_iter().chain(effort.lobe_counts().iter().map(lobes)).collect()
+    let families = [
+        (crate::microfacet::Family::Beckmann, "Beckmann"),
+        (crate::microfacet::Family::Ggx, "GGX"),
+    ];
+    let engines = families.map(|(family, name)| one_lobe(family, name));
+    let mixtures = effort.component_counts().iter().map(mixture);
+    engines.into_iter().chain([gltf]).chain(mixtures).collect()
 }
 
 fn pair_by_pair(reflectance: impl Reflectance + 'static) -> Evaluator {
@@ -287,7 +345,12 @@ fn pair_by_pair(reflectance: impl Reflectance + 'static) -> Evaluator {
 
 impl Method {
     /// A method whose preparation is timed.
-    fn new(name: &str, family: Family, bytes: usize, prepare: impl FnOnce() -> Evaluator) -> Self {
+    fn new(
+        name: &str,
+        family: MethodFamily,
+        bytes: usize,
+        prepare: impl FnOnce() -> Evaluator,
+    ) -> Self {
         let start = Instant::now();
         let evaluator = prepare();
         Self { name: name.to_owned(), family, bytes, preparation: start.elapsed(), evaluator }
@@ -373,7 +436,7 @@ mod tests {
     fn every_family_is_measured_and_the_exact_one_is_exact() {
         let material = &find("gold-paint").expect("in the catalogue").material;
         let report = speed_error(material, Effort::Quick).expect("bakes");
-        for family in Family::ALL {
+        for family in MethodFamily::ALL {
             assert!(report.methods.iter().any(|m| m.family == family), "{family:?}");
         }
         let exact = &report.methods[0];

@@ -8,15 +8,11 @@ use crate::report::chart::{Chart, Curve, Key, Mark, Shown};
 use crate::report::front::RULE;
 use crate::report::machine::Machine;
 use crate::report::sheet_page::STYLE;
-use crate::report::speed_error::{Family, Measured, SpeedError};
+use crate::report::speed_error::{Measured, MethodFamily, SpeedError};
 
 /// The report of several materials; `picture` names the file of a material's picture.
 #[must_use]
-pub fn markdown(
-    reports: &[SpeedError],
-    machine: &Machine,
-    picture: impl Fn(&str) -> String,
-) -> String {
+pub fn markdown(reports: &[SpeedError], machine: &Machine, pictures: &[String]) -> String {
     let mut page = format!(
         "# Speed against error\n\nMeasured by {GENERATOR} on {}. Times are medians of rounds taken in \
          turns, of pairs of directions spread over the hemisphere; the spread is half the distance \
@@ -26,12 +22,12 @@ pub fn markdown(
          {RULE}.\n",
         machine.describe()
     );
-    for report in reports {
+    for (report, picture) in reports.iter().zip(pictures) {
         let _ = write!(
             page,
             "\n## {0}\n\n![{0}]({1})\n\n{2}",
             report.material,
-            picture(&report.material),
+            picture,
             table(&report.methods)
         );
     }
@@ -87,8 +83,11 @@ pub fn picture(report: &SpeedError) -> String {
     let (first, rest): (Vec<&Measured>, Vec<&Measured>) =
         report.methods.iter().partition(|m| m.front);
     let places = || report.methods.iter().map(at);
-    let family =
-        |family: Family| Key { shown: Shown::Point, class: family.name(), label: family.name() };
+    let family = |family: MethodFamily| Key {
+        shown: Shown::Point,
+        class: family.name(),
+        label: family.name(),
+    };
     let step =
         Key { shown: Shown::Line, class: "front", label: "front: the least error in the time" };
     let chart = Chart {
@@ -106,7 +105,7 @@ pub fn picture(report: &SpeedError) -> String {
         ),
         curves: vec![Curve { class: "front".to_owned(), points: stairs(&front) }],
         marks: first.into_iter().chain(rest).map(mark).collect(),
-        key: Family::ALL.map(family).into_iter().chain([step]).collect(),
+        key: MethodFamily::ALL.map(family).into_iter().chain([step]).collect(),
     };
     chart.file(STYLE)
 }

@@ -4,7 +4,7 @@ use std::f32::consts::{PI, TAU};
 
 use serde_json::json;
 
-use super::{
+use crate::scene::{
     Scene, SceneError, Source,
     build::{self, Mesh, Parts, Surface},
 };

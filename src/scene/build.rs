@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Bytes, Scene, SceneError, Source};
+use crate::scene::{Bytes, Scene, SceneError, Source};
 
 /// Triangles of one material, vertices shared through indices. Optional arrays are empty, or as
 /// long as `positions`.

@@ -3,7 +3,7 @@
 
 use std::fmt::Display;
 
-use super::{
+use crate::scene::{
     Bytes, Scene, SceneError,
     outline::{Accessor, Index, Mesh, Outline, Primitive},
     resource::Resource,

@@ -2,7 +2,7 @@
 
 use std::{ffi::OsStr, path::Path};
 
-use super::SceneError;
+use crate::scene::SceneError;
 
 /// How a glTF document is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

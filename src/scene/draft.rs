@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, btree_map::Entry};
 use base64::{Engine, prelude::BASE64_STANDARD};
 use serde_json::json;
 
-use super::{
+use crate::scene::{
     Bytes, SceneError, glb,
     text::{Pieces, quote},
 };
@@ -78,7 +78,10 @@ impl<'s> Draft<'s> {
     }
 
     /// Names extensions in `extensionsUsed`, each once.
-    pub fn declare(&mut self, extensions: &[&str]) -> serde_json::Result<()> {
+    pub fn declare<'n>(
+        &mut self,
+        extensions: impl Iterator<Item = &'n str>,
+    ) -> serde_json::Result<()> {
         let used = self.array("extensionsUsed")?;
         for name in extensions {
             let quoted = quote(name);

@@ -12,7 +12,7 @@ pub enum SceneError {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// The file's ending names no known kind of scene.
-    #[error("{0:?} is no known kind of scene; .obj, .gltf and .glb are")]
+    #[error("{0:?} has no file extension of a scene; use .obj, .gltf or .glb")]
     Kind(String),
     /// The .glb container is damaged.
     #[error("not a valid .glb: {0}")]
@@ -42,6 +42,18 @@ pub enum SceneError {
         /// Why.
         source: io::Error,
     },
+    /// A first buffer without content, which a .glb has no place for.
+    #[error("buffers[0] has no uri, and in a .glb it would stand for the BIN chunk; write a .gltf")]
+    NoContent,
+    /// A version of glTF that is not read.
+    #[error("{found}; sgdbake reads glTF 2.0. Convert the scene to glTF 2.0 first")]
+    Version {
+        /// The version that was found, in words.
+        found: String,
+    },
+    /// Something that is not a regular file: a folder, a pipe, a device.
+    #[error("not a regular file; save the scene to a file first")]
+    NotAFile,
     /// An assignment that fits nothing.
     #[error("no material slot matches {pattern:?}; the scene has {}", list(.slots))]
     NoSlot {

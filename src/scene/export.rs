@@ -9,13 +9,14 @@ use std::{
 };
 
 use base64::{Engine, prelude::BASE64_STANDARD};
-use serde_json::{Value, json};
 
-use super::{
-    Attachment, Bytes, Container, Replacement, Scene, SceneError, SlotId, Source,
+use crate::asset::{Asset, Texture};
+use crate::encode::{Location, TextureEntry};
+use crate::scene::{
+    Bytes, Container, Scene, SceneError, SlotId, Source,
     draft::{Draft, data_uri},
-    glb,
-    material::{self, CLEARCOAT, EXTENSION, SPECULAR, lookup_uris},
+    fingerprint, glb,
+    material::{self, extensions_of, lookup_uris},
     prune::replaced,
     resource::{Resource, percent_encode},
     text::{Pieces, quote},
@@ -42,8 +43,8 @@ pub struct OutputFile {
 }
 
 impl Scene {
-    /// The files of the scene with replacements in its slots, for `target` (.glb or .gltf, which
-    /// may differ from the input's container). Without a replacement and in the input's container
+    /// The files of the scene with assets in its slots, for `target` (.glb or .gltf, which
+    /// may differ from the input's container). Without an asset and in the input's container
     /// the document comes out byte for byte. Files that the document names are part of the export
     /// where the target lies in another folder.
     ///
@@ -51,7 +52,7 @@ impl Scene {
     /// Missing resources, and what [`Container::of`] refuses.
     pub fn export(
         &self,
-        assigned: &[(SlotId, &Replacement)],
+        assigned: &[(SlotId, &Asset)],
         target: &Path,
     ) -> Result<Export, SceneError> {
         let container = Container::of(target)?;
@@ -70,7 +71,7 @@ impl Scene {
         job.resources(&replaced)?;
         job.convert(&replaced)?;
         job.assign(assigned)?;
-        job.finish(target)
+        job.finish(target, !assigned.is_empty())
     }
 }
 
@@ -83,8 +84,8 @@ struct Job<'s> {
     files: Vec<OutputFile>,
     /// File names taken beside the target.
     names: HashSet<PathBuf>,
-    /// Where the bytes of an attachment went: its buffer view or its address.
-    stored: HashMap<*const u8, Value>,
+    /// Where the bytes of a texture went: its buffer view or its address.
+    stored: HashMap<*const u8, Location>,
     warnings: Vec<String>,
 }
 
@@ -159,7 +160,13 @@ impl Job<'_> {
     /// .gltf → .glb: the first buffer becomes the BIN chunk, files of others data URIs.
     fn pack_buffers(&mut self) -> Result<(), SceneError> {
         for (index, buffer) in self.scene.outline.buffers.iter().enumerate() {
-            let Some(uri) = &buffer.uri else { continue };
+            let Some(uri) = &buffer.uri else {
+                // In a .glb it would stand for the BIN chunk.
+                if index == 0 && self.scene.bin.is_none() {
+                    return Err(SceneError::NoContent);
+                }
+                continue;
+            };
             let bytes = match Resource::new(uri)? {
                 Some(resource) => self.read(&resource)?,
                 None if index == 0 => decode_data_uri(uri)?,
@@ -188,7 +195,10 @@ impl Job<'_> {
         let mut views = HashMap::new();
         for (index, image) in self.scene.outline.images.iter().enumerate() {
             let Some(uri) = &image.uri else { continue };
-            let Some(resource) = Resource::new(uri)? else { continue };
+            let Some(resource) = Resource::new(uri)? else {
+                self.pack_data_image(index, uri, image.mime_type.as_deref())?;
+                continue;
+            };
             let mime = image.mime_type.clone().or_else(|| mime(&resource.path).map(Into::into));
             let mime = mime.ok_or_else(|| {
                 let reason = format!("{uri:?} has no mimeType, and its ending tells none");
@@ -202,14 +212,35 @@ impl Job<'_> {
                 }
             };
             views.insert(resource.path, view);
-            let members = [
-                ("uri", None),
-                ("mimeType", Some(quote(&mime))),
-                ("bufferView", Some(view.to_string())),
-            ];
-            self.edit_member("images", index, &members)?;
+            self.place_image(index, &mime, view)?;
         }
         Ok(())
+    }
+
+    /// The image of a data URI becomes a buffer view too: a .glb should hold none. What is no such
+    /// image stays as it is.
+    fn pack_data_image(
+        &mut self,
+        index: usize,
+        uri: &str,
+        mime: Option<&str>,
+    ) -> Result<(), SceneError> {
+        let Some((head, data)) = uri.split_once(";base64,") else { return Ok(()) };
+        let mime = mime.or_else(|| head.get("data:".len()..)).filter(|mime| mime.contains('/'));
+        let Some((mime, bytes)) = mime.zip(BASE64_STANDARD.decode(data).ok()) else {
+            return Ok(());
+        };
+        let view = self.draft.embed(bytes.into())?;
+        self.place_image(index, mime, view)
+    }
+
+    fn place_image(&mut self, index: usize, mime: &str, view: usize) -> Result<(), SceneError> {
+        let members = [
+            ("uri", None),
+            ("mimeType", Some(quote(mime))),
+            ("bufferView", Some(view.to_string())),
+        ];
+        self.edit_member("images", index, &members)
     }
 
     /// .gltf → .glb: files of lookup textures become buffer views.
@@ -225,7 +256,8 @@ impl Job<'_> {
                 Err(problem) => self.warnings.push(problem.to_string()),
             }
         }
-        for (index, body) in self.scene.measured().filter(|(index, _)| !replaced.contains(index)) {
+        for (index, body) in self.scene.extensions().filter(|(index, _)| !replaced.contains(index))
+        {
             if lookup_uris(body).any(|uri| places.contains_key(uri)) {
                 self.draft.edit("materials", index, |raw| material::embedded(raw, &places))?;
             }
@@ -255,32 +287,29 @@ impl Job<'_> {
         })
     }
 
-    fn assign(&mut self, assigned: &[(SlotId, &Replacement)]) -> Result<(), SceneError> {
-        for (slot, replacement) in assigned {
+    fn assign(&mut self, assigned: &[(SlotId, &Asset)]) -> Result<(), SceneError> {
+        // One mark is enough.
+        let mut mark = Some(fingerprint::PLACEHOLDER.to_owned());
+        for (slot, asset) in assigned {
+            let mark = mark.take();
             let textures: Vec<_> =
-                replacement.textures.iter().map(|t| self.attach(t)).collect::<Result<_, _>>()?;
+                asset.textures.iter().map(|t| self.attach(t)).collect::<Result<_, _>>()?;
             match slot {
                 SlotId::Material(index) => {
                     let warnings = &mut self.warnings;
                     self.draft.edit("materials", *index, |raw| {
                         let losses = material::losses(raw)?.into_iter();
                         warnings.extend(losses.map(|loss| format!("material {index}: {loss}")));
-                        material::replace(raw, replacement, textures)
+                        material::replace(raw, asset, textures, mark)
                     })?;
                 }
                 SlotId::Unassigned => {
-                    let material = material::replace("{}", replacement, textures)?;
+                    let material = material::replace("{}", asset, textures, mark)?;
                     let index = self.draft.append("materials", material)?;
                     self.assign_bare_primitives(index)?;
                 }
             }
-            let extensions = [
-                Some(EXTENSION),
-                replacement.specular.map(|_| SPECULAR),
-                replacement.clearcoat.map(|_| CLEARCOAT),
-            ];
-            let extensions: Vec<_> = extensions.into_iter().flatten().collect();
-            self.draft.declare(&extensions)?;
+            self.draft.declare(extensions_of(asset))?;
         }
         Ok(())
     }
@@ -310,30 +339,29 @@ impl Job<'_> {
     }
 
     /// The extension's entry for a texture whose bytes are stored with the scene, once.
-    fn attach(&mut self, texture: &Attachment) -> Result<Value, SceneError> {
+    fn attach(&mut self, texture: &Texture) -> Result<TextureEntry, SceneError> {
         let bytes = Arc::as_ptr(&texture.bytes).cast::<u8>();
         let place = match self.stored.get(&bytes) {
             Some(place) => place.clone(),
             None => self.store(texture)?,
         };
         self.stored.insert(bytes, place.clone());
-        let mut entry = texture.entry.clone();
-        entry.extend(place.as_object().cloned().unwrap_or_default());
-        Ok(Value::Object(entry))
+        Ok(texture.entry.at(place))
     }
 
-    fn store(&mut self, texture: &Attachment) -> Result<Value, SceneError> {
+    fn store(&mut self, texture: &Texture) -> Result<Location, SceneError> {
         let bytes = Bytes::Memory(texture.bytes.clone());
         match self.container {
             Container::Glb => {
-                let view = self.draft.embed(bytes)?;
-                Ok(json!({"bufferView": view, "mimeType": texture.mime}))
+                let buffer_view = self.draft.embed(bytes)?;
+                let mime_type = texture.entry.format.mime_type().to_owned();
+                Ok(Location::BufferView { buffer_view, mime_type })
             }
             Container::Gltf => {
-                let name = self.name(&texture.file_name);
+                let name = self.name(&texture.entry.file_name());
                 let path = self.folder.join(&name);
                 self.files.push(OutputFile { path, pieces: vec![bytes], copy: false });
-                Ok(json!({"uri": percent_encode(&name)}))
+                Ok(Location::Uri { uri: percent_encode(&name) })
             }
         }
     }
@@ -348,8 +376,9 @@ impl Job<'_> {
         name
     }
 
-    fn finish(mut self, target: &Path) -> Result<Export, SceneError> {
+    fn finish(mut self, target: &Path, assigned: bool) -> Result<Export, SceneError> {
         let (text, bin) = self.draft.finish()?;
+        let text = if assigned { fingerprint::mark(text) } else { text };
         let pieces = match self.container {
             Container::Glb => glb::assemble(text, bin, self.scene.rest.clone())?,
             Container::Gltf => vec![text.into_bytes().into()],

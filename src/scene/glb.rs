@@ -7,7 +7,7 @@ use std::{
     sync::Arc,
 };
 
-use super::{Bytes, SceneError};
+use crate::scene::{Bytes, SceneError};
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
 const JSON: u32 = u32::from_le_bytes(*b"JSON");
@@ -41,7 +41,7 @@ impl Glb {
             return Err(SceneError::Glb("the file does not start with glTF".into()));
         }
         if version != 2 {
-            return Err(SceneError::Glb(format!("version {version}; only version 2 is read")));
+            return Err(SceneError::Version { found: format!("the .glb is of version {version}") });
         }
         if u64::from(length) != size {
             return Err(SceneError::Glb(format!(

@@ -2,15 +2,12 @@
 
 use std::collections::HashMap;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::{
-    Replacement,
-    text::{Pieces, quote},
-};
+use crate::asset::{Asset, EXTENSION, Extension, Extras};
+use crate::encode::TextureEntry;
+use crate::scene::text::{Pieces, quote};
 
-/// The extension that carries the SGD parameters and textures.
-pub const EXTENSION: &str = "SGD_materials_shifted_gamma";
 pub(super) const SPECULAR: &str = "KHR_materials_specular";
 pub(super) const CLEARCOAT: &str = "KHR_materials_clearcoat";
 
@@ -34,21 +31,34 @@ pub(super) const REFLECTION: [&str; 14] = [
     EXTENSION,
 ];
 
-/// The text of the material `raw` with `replacement` in it; `textures` are the extension's entries.
+/// The extensions that `asset` puts into a material.
+pub(super) fn extensions_of(asset: &Asset) -> impl Iterator<Item = &'static str> {
+    let fit = &asset.gltf;
+    let specular = (fit.specular_factor, fit.specular_color) != DEFAULT_SPECULAR;
+    let coat = fit.clearcoat.is_some() && fit.clearcoat_roughness.is_some();
+    [Some(EXTENSION), specular.then_some(SPECULAR), coat.then_some(CLEARCOAT)].into_iter().flatten()
+}
+
+/// The factor and colour that glTF takes where [`SPECULAR`] is absent.
+const DEFAULT_SPECULAR: (f64, [f64; 3]) = (1.0, [1.0; 3]);
+
+/// The text of the material `raw` with `asset` in it; `textures` say where its textures are, and
+/// `document` is the mark of an export.
 pub(super) fn replace(
     raw: &str,
-    replacement: &Replacement,
-    textures: Vec<Value>,
+    asset: &Asset,
+    textures: Vec<TextureEntry>,
+    document: Option<String>,
 ) -> serde_json::Result<String> {
     let mut material = Pieces::object(raw)?;
     if material.get("name").is_none() {
-        material.set("name", quote(&replacement.name));
+        material.set("name", quote(&asset.material.parameters.name));
     }
-    let reflection = metallic_roughness(material.get("pbrMetallicRoughness"), replacement)?;
+    let reflection = metallic_roughness(material.get("pbrMetallicRoughness"), asset)?;
     material.set("pbrMetallicRoughness", reflection);
-    let extensions = extensions(material.get("extensions"), replacement, textures)?;
+    let extensions = extensions(material.get("extensions"), asset, textures, document)?;
     material.set("extensions", extensions);
-    if let Some(extras) = extras(material.get("extras"), replacement)? {
+    if let Some(extras) = extras(material.get("extras"), asset)? {
         material.set("extras", extras);
     }
     Ok(material.to_text())
@@ -86,6 +96,18 @@ pub(super) fn embedded(
     Ok(material.to_text())
 }
 
+/// The text of the material `raw` without [`EXTENSION`].
+pub(super) fn without_extension(raw: &str) -> serde_json::Result<String> {
+    let mut material = Pieces::object(raw)?;
+    let extensions = material.get("extensions").map(str::to_owned);
+    if let Some(extensions) = extensions.filter(|extensions| extensions.starts_with('{')) {
+        let mut extensions = Pieces::object(&extensions)?;
+        extensions.remove(EXTENSION);
+        material.set("extensions", extensions.to_text());
+    }
+    Ok(material.to_text())
+}
+
 /// What the replacement of the material `raw` loses that its owner may miss.
 pub(super) fn losses(raw: &str) -> serde_json::Result<Vec<&'static str>> {
     let material = Pieces::object(raw)?;
@@ -101,7 +123,8 @@ pub(super) fn losses(raw: &str) -> serde_json::Result<Vec<&'static str>> {
 }
 
 /// Base colour, metallic and roughness from the fit; alpha stays.
-fn metallic_roughness(raw: Option<&str>, fit: &Replacement) -> serde_json::Result<String> {
+fn metallic_roughness(raw: Option<&str>, asset: &Asset) -> serde_json::Result<String> {
+    let fit = &asset.gltf;
     let mut reflection = Pieces::object(raw.unwrap_or("{}"))?;
     let alpha = match reflection.get("baseColorFactor") {
         Some(factor) => Pieces::array(factor)?.values().nth(3).map(str::to_owned),
@@ -119,36 +142,44 @@ fn metallic_roughness(raw: Option<&str>, fit: &Replacement) -> serde_json::Resul
 
 fn extensions(
     raw: Option<&str>,
-    fit: &Replacement,
-    textures: Vec<Value>,
+    asset: &Asset,
+    textures: Vec<TextureEntry>,
+    document: Option<String>,
 ) -> serde_json::Result<String> {
+    let fit = &asset.gltf;
     let mut extensions = Pieces::object(raw.unwrap_or("{}"))?;
     for name in REFLECTION {
         extensions.remove(name);
     }
-    if let Some(specular) = fit.specular {
-        let body =
-            json!({"specularFactor": specular.factor, "specularColorFactor": specular.color});
-        extensions.set(SPECULAR, body.to_string());
+    for name in extensions_of(asset) {
+        let body = match name {
+            SPECULAR => json!({
+                "specularFactor": fit.specular_factor,
+                "specularColorFactor": fit.specular_color,
+            })
+            .to_string(),
+            CLEARCOAT => json!({
+                "clearcoatFactor": fit.clearcoat,
+                "clearcoatRoughnessFactor": fit.clearcoat_roughness,
+            })
+            .to_string(),
+            _ => continue,
+        };
+        extensions.set(name, body);
     }
-    if let Some(coat) = fit.clearcoat {
-        let body =
-            json!({"clearcoatFactor": coat.factor, "clearcoatRoughnessFactor": coat.roughness});
-        extensions.set(CLEARCOAT, body.to_string());
-    }
-    let mut body: Map<String, Value> = fit.extension.clone();
-    body.insert("textures".into(), Value::Array(textures));
-    extensions.set(EXTENSION, Value::Object(body).to_string());
+    let mut body = Extension::new(&asset.material, textures);
+    body.document = document;
+    extensions.set(EXTENSION, serde_json::to_string(&body)?);
     Ok(extensions.to_text())
 }
 
 /// `extras` with `sgd` in it; `None` where `extras` is no object and so has no room.
-fn extras(raw: Option<&str>, fit: &Replacement) -> serde_json::Result<Option<String>> {
+fn extras(raw: Option<&str>, asset: &Asset) -> serde_json::Result<Option<String>> {
     let raw = raw.unwrap_or("{}");
     if !raw.starts_with('{') {
         return Ok(None);
     }
     let mut extras = Pieces::object(raw)?;
-    extras.set("sgd", fit.extras.to_string());
+    extras.set("sgd", serde_json::to_string(&Extras::new(&asset.material.parameters))?);
     Ok(Some(extras.to_text()))
 }

@@ -9,31 +9,33 @@
 //! * In the material: `pbrMetallicRoughness` takes the fit's base colour (alpha stays), metallic
 //!   and roughness, and loses its two textures; extensions that describe reflection or
 //!   transmission go (KHR_materials_ior, _sheen, _transmission, …); KHR_materials_specular,
-//!   KHR_materials_clearcoat and [`EXTENSION`] come; `extras.sgd` is set. The name, the normal,
+//!   KHR_materials_clearcoat and [`EXTENSION`](crate::asset::EXTENSION) come; `extras.sgd` is set. The name, the normal,
 //!   occlusion and emissive textures, `alphaMode`, `doubleSided`, unknown extensions and other
 //!   extras stay.
 //! * In the document: `extensionsUsed`, and in a .glb the buffer views of the lookup textures, whose
 //!   bytes follow those of the BIN chunk.
 
+mod assignment;
 mod ball;
 mod build;
 mod bytes;
 mod check;
 mod container;
+mod contents;
 mod draft;
 mod error;
 mod export;
+mod fingerprint;
 mod glb;
 mod material;
-mod members;
 mod obj;
 mod outline;
 mod prune;
-mod replacement;
 mod resource;
 mod slot;
 mod text;
 mod triangles;
+mod walk;
 
 use std::{
     collections::BTreeSet,
@@ -43,22 +45,26 @@ use std::{
     path::{Path, PathBuf},
 };
 
+pub use assignment::{Assignment, AssignmentError};
 pub use bytes::Bytes;
 pub use container::Container;
+pub use contents::{Contents, ContentsError, Kind, MaterialContent, SceneContent, SlotContent};
 pub use error::SceneError;
 pub use export::{Export, OutputFile};
-pub use material::EXTENSION;
-pub use replacement::{Attachment, Clearcoat, Replacement, Specular};
+pub use fingerprint::is_unedited;
 pub use slot::{Pattern, Slot, SlotId, resolve};
 pub use triangles::Triangle;
 
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::asset::{Extension, ExtensionError};
+
 use glb::Glb;
 use outline::Outline;
 use resource::Resource;
 use text::Pieces;
+use walk::Member;
 
 /// How much of what a scene has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -129,6 +135,10 @@ impl Scene {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let folder = if folder == Path::new("") { PathBuf::from(".") } else { folder };
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
+        // Opening a pipe would wait for a writer.
+        if !fs::metadata(path)?.is_file() {
+            return Err(SceneError::NotAFile);
+        }
         let mut start = Vec::new();
         fs::File::open(path)?.take(4).read_to_end(&mut start)?;
         match &*ending {
@@ -195,8 +205,15 @@ impl Scene {
         &self.outline.extensions_used
     }
 
-    /// The body of [`EXTENSION`] of each material that has one, by material index.
-    pub fn measured(&self) -> impl Iterator<Item = (usize, &Value)> {
+    /// The extension of each material that has one, by material index.
+    pub fn measured(
+        &self,
+    ) -> impl Iterator<Item = (usize, Result<Extension, ExtensionError>)> + '_ {
+        self.extensions().map(|(index, body)| (index, Extension::read(body)))
+    }
+
+    /// The body of the extension of each material that has one, of whatever version.
+    fn extensions(&self) -> impl Iterator<Item = (usize, &Value)> {
         let materials = self.outline.materials.iter().enumerate();
         materials.filter_map(|(index, material)| Some((index, material.extensions.sgd.as_ref()?)))
     }
@@ -214,28 +231,27 @@ impl Scene {
         uris.into_iter().filter_map(|uri| Resource::new(uri).transpose()).collect()
     }
 
-    /// Files that extensions name by a member `uri`, but for [`EXTENSION`] in replaced materials.
+    /// Files that extensions name by a member `uri`, but for those of the replaced materials.
     /// What an unknown extension means by one is not known: what is no file within the scene's
     /// folder is passed over.
     fn extension_files(&self, replaced: &BTreeSet<usize>) -> serde_json::Result<Vec<Resource>> {
         let mut uris = BTreeSet::new();
-        let mut take = |key: &str, value: &Value| {
-            uris.extend(value.as_str().filter(|_| key == "uri").map(str::to_owned));
+        let mut take = |member: &Member<'_>| {
+            if member.key == "uri" {
+                uris.extend(member.text());
+            }
         };
         let root = Pieces::object(&self.text)?;
         let apart = ["buffers", "images", "materials"];
         for (_, raw) in root.members().filter(|(key, _)| !apart.contains(key)) {
-            members::visit(&serde_json::from_str(raw)?, &mut take);
+            walk::visit(raw, &mut take);
         }
         let materials = Pieces::array(root.get("materials").unwrap_or("[]"))?;
         for (index, raw) in materials.values().enumerate() {
-            let mut material: Value = serde_json::from_str(raw)?;
-            if let Some(extensions) = material.get_mut("extensions").and_then(Value::as_object_mut)
-                && replaced.contains(&index)
-            {
-                extensions.shift_remove(EXTENSION);
+            match replaced.contains(&index) {
+                true => walk::visit(&material::without_extension(raw)?, &mut take),
+                false => walk::visit(raw, &mut take),
             }
-            members::visit(&material, &mut take);
         }
         let there = |uri: String| {
             let resource = Resource::new(&uri).ok()??;
@@ -246,7 +262,7 @@ impl Scene {
 
     /// The addresses of lookup textures in materials that are not replaced.
     fn lookups(&self, replaced: &BTreeSet<usize>) -> BTreeSet<&str> {
-        let kept = self.measured().filter(|(index, _)| !replaced.contains(index));
+        let kept = self.extensions().filter(|(index, _)| !replaced.contains(index));
         kept.flat_map(|(_, body)| material::lookup_uris(body)).collect()
     }
 

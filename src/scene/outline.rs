@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
-use super::SceneError;
+use crate::scene::SceneError;
 
 /// A document's arrays, with the few members that are looked at.
 #[derive(Debug, Default, Deserialize)]
@@ -27,6 +27,33 @@ pub(super) struct Outline {
     pub animations: Vec<Animation>,
     pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
+}
+
+/// The versions of glTF that a document names.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct AssetInfo {
+    version: Option<String>,
+    min_version: Option<String>,
+}
+
+impl AssetInfo {
+    /// Refuses versions other than 2, and documents that need a later one than 2.0.
+    fn check(&self) -> Result<(), SceneError> {
+        let version = self.version.as_deref().unwrap_or("2.0");
+        if version != "2" && !version.starts_with("2.") {
+            let found = format!("the scene is glTF {}", version.escape_debug());
+            return Err(SceneError::Version { found });
+        }
+        match self.min_version.as_deref() {
+            None | Some("2.0") => Ok(()),
+            Some(least) => {
+                let least = least.escape_debug();
+                let found = format!("the scene needs glTF {least} or later (asset.minVersion)");
+                Err(SceneError::Version { found })
+            }
+        }
+    }
 }
 
 /// A whole number ≥ 0, however it is spelled: `3`, `3.0`, `3e0`.
@@ -218,15 +245,28 @@ pub(super) struct AnimationSampler {
     pub output: Index,
 }
 
+/// The part of a document that every version has.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct Versioned {
+    asset: AssetInfo,
+}
+
 impl Outline {
     /// Reads the arrays of a document.
     ///
     /// # Errors
     /// Text that is not JSON, and members of the wrong type.
     pub fn read(text: &str) -> Result<Self, SceneError> {
-        if !text.trim_start().starts_with('{') {
-            return Err(SceneError::Invalid("the document".into(), "is no JSON object".into()));
+        let refused = |reason: &str| SceneError::Invalid("the document".into(), reason.into());
+        if text.starts_with('\u{feff}') {
+            return Err(refused("starts with a byte order mark; save it as UTF-8 without one"));
         }
+        if !text.trim_start().starts_with('{') {
+            return Err(refused("is not a JSON object"));
+        }
+        let version: Versioned = serde_json::from_str(text)?;
+        version.asset.check()?;
         Ok(serde_json::from_str(text)?)
     }
 

@@ -7,16 +7,22 @@ use std::{
     ops::Range,
 };
 
-use super::{
-    Bytes, Replacement, Scene, SceneError, SlotId,
+use base64::{Engine as _, prelude::BASE64_STANDARD};
+
+use crate::asset::Asset;
+use crate::scene::{
+    Bytes, Scene, SceneError, SlotId,
     draft::Draft,
-    material, members,
+    material,
     outline::Outline,
     text::{Pieces, quote},
+    walk::{self, Member},
 };
 
 /// A white PNG of one pixel.
-const PIXEL: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
+const PIXEL: &[u8] =
+    b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x01\0\0\0\x01\x08\0\0\0\0:~\x9bU\0\0\0\nIDAT\
+    x\x9cc\xf8\x0f\0\x01\x01\x01\0\xb18\xf6\x14\0\0\0\0IEND\xaeB`\x82";
 
 /// Bytes are taken out in runs of whole multiples of this, so that what follows stays aligned.
 const ALIGNMENT: u64 = 8;
@@ -27,23 +33,20 @@ impl Scene {
     ///
     /// # Errors
     /// Materials that are no valid JSON objects.
-    pub fn pruned(self, assigned: &[(SlotId, &Replacement)]) -> Result<Self, SceneError> {
+    pub fn pruned(self, assigned: &[(SlotId, &Asset)]) -> Result<Self, SceneError> {
         let images = self.unused_images(assigned)?;
         let released = self.released(&images, assigned);
         if images.is_empty() && released.is_empty() {
             return Ok(self);
         }
-        let mut draft = Draft::new(&self.text, None)?;
-        for index in &images {
-            draft.edit("images", *index, placeholder)?;
-        }
-        let holes = self.holes(&released)?;
+        let holes = self.holes(&released);
         let (mut bin, mut removed) = (self.bin.clone(), 0);
         if let (Some(pieces), false) = (&mut bin, holes.is_empty()) {
             let all: u64 = pieces.iter().map(Bytes::len).sum();
             *pieces = without(pieces, &holes);
             removed = all - pieces.iter().map(Bytes::len).sum::<u64>();
         }
+        let mut draft = Draft::new(&self.text, bin.as_ref())?;
         if removed > 0 {
             move_views(draft.array("bufferViews")?, &self.outline, &holes)?;
             let length = self.outline.buffers[0].byte_length.0 - removed;
@@ -53,28 +56,33 @@ impl Scene {
                 Ok(buffer.to_text())
             })?;
         }
-        let (text, _) = draft.finish()?;
+        // A .glb may not hold data URIs, and a .gltf has no buffer that is sure to be writable.
+        let pixel = match &draft.bin {
+            Some(_) if !images.is_empty() => Some(draft.embed(PIXEL.to_vec().into())?),
+            _ => None,
+        };
+        for index in &images {
+            draft.edit("images", *index, |raw| placeholder(raw, pixel))?;
+        }
+        let (text, bin) = draft.finish()?;
         let warnings = self.warnings;
         Ok(Scene { warnings, ..Scene::new(text, bin, self.rest, self.source)? })
     }
 
     /// Images of textures that replaced materials let go of, and that nothing else shows.
-    fn unused_images(
-        &self,
-        assigned: &[(SlotId, &Replacement)],
-    ) -> Result<BTreeSet<usize>, SceneError> {
-        let mut replaced: BTreeMap<usize, &Replacement> = BTreeMap::new();
+    fn unused_images(&self, assigned: &[(SlotId, &Asset)]) -> Result<BTreeSet<usize>, SceneError> {
+        let mut replaced: BTreeMap<usize, &Asset> = BTreeMap::new();
         replaced.extend(assigned.iter().filter_map(|(slot, r)| Some((slot.index()?, *r))));
         let root = Pieces::object(&self.text)?;
         let materials = Pieces::array(root.get("materials").unwrap_or("[]"))?;
         let (mut before, mut after) = (BTreeSet::new(), BTreeSet::new());
         for (index, raw) in materials.values().enumerate() {
             match replaced.get(&index) {
-                Some(replacement) => {
-                    before.extend(textures(raw)?);
-                    after.extend(textures(&material::replace(raw, replacement, Vec::new())?)?);
+                Some(asset) => {
+                    before.extend(textures(raw));
+                    after.extend(textures(&material::replace(raw, asset, Vec::new(), None)?));
                 }
-                None => after.extend(textures(raw)?),
+                None => after.extend(textures(raw)),
             }
         }
         let all = Pieces::array(root.get("textures").unwrap_or("[]"))?;
@@ -82,43 +90,39 @@ impl Scene {
         for (index, raw) in all.values().enumerate() {
             let index = index as u64;
             let unused = before.contains(&index) && !after.contains(&index);
-            if unused { &mut gone } else { &mut kept }.extend(sources(raw)?);
+            if unused { &mut gone } else { &mut kept }.extend(sources(raw));
         }
         let images = gone.difference(&kept).filter_map(|image| usize::try_from(*image).ok());
         Ok(images.filter(|image| *image < self.outline.images.len()).collect())
     }
 
     /// The buffer view of each image, and of each lookup texture of a replaced material.
-    fn released(&self, images: &BTreeSet<usize>, assigned: &[(SlotId, &Replacement)]) -> Vec<u64> {
+    fn released(&self, images: &BTreeSet<usize>, assigned: &[(SlotId, &Asset)]) -> Vec<u64> {
         let replaced = replaced(assigned);
         let mut views: Vec<u64> = images
             .iter()
             .filter_map(|image| Some(self.outline.images[*image].buffer_view?.0))
             .collect();
-        for (_, body) in self.measured().filter(|(index, _)| replaced.contains(index)) {
-            members::visit(body, &mut |key, value| {
-                views.extend(value.as_u64().filter(|_| key == "bufferView"));
-            });
+        for (_, body) in self.extensions().filter(|(index, _)| replaced.contains(index)) {
+            views.extend(numbers(&body.to_string(), |member| member.key == "bufferView"));
         }
         views
     }
 
     /// Ranges of the first buffer that only buffer views cover whose every use is in `released`.
     /// The first bytes stay, as a buffer must not be empty.
-    fn holes(&self, released: &[u64]) -> serde_json::Result<Vec<Range<u64>>> {
+    fn holes(&self, released: &[u64]) -> Vec<Range<u64>> {
         let outline = &self.outline;
         let mut users: BTreeMap<u64, usize> = BTreeMap::new();
-        members::visit(&serde_json::from_str(&self.text)?, &mut |key, value| {
-            if let ("bufferView", Some(view)) = (key, value.as_u64()) {
-                *users.entry(view).or_default() += 1;
-            }
-        });
+        for view in numbers(&self.text, |member| member.key == "bufferView") {
+            *users.entry(view).or_default() += 1;
+        }
         for view in released {
             users.entry(*view).and_modify(|count| *count -= 1);
         }
         let views: BTreeSet<u64> =
             users.into_iter().filter(|(_, count)| *count == 0).map(|(view, _)| view).collect();
-        let ranges = |(index, view): (usize, &super::outline::BufferView)| {
+        let ranges = |(index, view): (usize, &crate::scene::outline::BufferView)| {
             let gone = views.contains(&(index as u64));
             let own =
                 (view.buffer.0 == 0).then_some((gone, view.byte_offset.0, view.byte_length.0));
@@ -149,44 +153,51 @@ impl Scene {
             }
             merged
         });
-        Ok(holes)
+        holes
     }
 }
 
 /// The materials of the document that are replaced.
-pub(super) fn replaced(assigned: &[(SlotId, &Replacement)]) -> BTreeSet<usize> {
+pub(super) fn replaced(assigned: &[(SlotId, &Asset)]) -> BTreeSet<usize> {
     assigned.iter().filter_map(|(slot, _)| slot.index()).collect()
 }
 
-/// The image's text with the placeholder in place of its content.
-fn placeholder(raw: &str) -> serde_json::Result<String> {
+/// The image's text with the placeholder in place of its content: in a buffer view, or as a data
+/// URI.
+fn placeholder(raw: &str, view: Option<usize>) -> serde_json::Result<String> {
     let mut image = Pieces::object(raw)?;
     image.remove("bufferView");
+    image.remove("uri");
     image.set("mimeType", quote("image/png"));
-    image.set("uri", quote(PIXEL));
+    match view {
+        Some(view) => image.set("bufferView", view.to_string()),
+        None => {
+            let data = BASE64_STANDARD.encode(PIXEL);
+            image.set("uri", quote(&format!("data:image/png;base64,{data}")));
+        }
+    }
     Ok(image.to_text())
 }
 
 /// Texture indices in a material: `index` of every member whose name ends in `Texture`.
-fn textures(material: &str) -> serde_json::Result<Vec<u64>> {
-    let mut found = Vec::new();
-    members::visit(&serde_json::from_str(material)?, &mut |key, value| {
-        if key.ends_with("Texture") {
-            found.extend(value["index"].as_u64());
-        }
-    });
-    Ok(found)
+fn textures(material: &str) -> Vec<u64> {
+    numbers(material, |member| {
+        member.key == "index" && member.parent.is_some_and(|parent| parent.ends_with("Texture"))
+    })
 }
 
 /// Image indices in a texture: its own `source` and those of its extensions.
-fn sources(texture: &str) -> serde_json::Result<Vec<u64>> {
+fn sources(texture: &str) -> Vec<u64> {
+    numbers(texture, |member| member.key == "source")
+}
+
+/// The numbers of the members that `wanted` picks.
+fn numbers(text: &str, wanted: impl Fn(&Member<'_>) -> bool) -> Vec<u64> {
     let mut found = Vec::new();
-    members::visit(&serde_json::from_str(texture)?, &mut |key, value| {
-        if key == "source" {
-            found.extend(value.as_u64());
-        }
+    walk::visit(text, &mut |member| {
+        found.extend(member.index().filter(|_| wanted(member)));
     });
-    Ok(found)
+    found
 }
 
 /// The pieces without the holes, which are in order and apart.
@@ -238,7 +249,7 @@ fn move_views(
             let offset = moved(c.byte_offset.0).to_string();
             let raw = object.get("extensions").unwrap_or("{}").to_owned();
             let mut extensions = Pieces::object(&raw)?;
-            for name in super::outline::COMPRESSION {
+            for name in crate::scene::outline::COMPRESSION {
                 if let Some(raw) = extensions.get(name).map(str::to_owned) {
                     let mut body = Pieces::object(&raw)?;
                     body.set("byteOffset", offset.clone());

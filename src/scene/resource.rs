@@ -5,7 +5,7 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use super::SceneError;
+use crate::scene::SceneError;
 
 /// A file named by a relative address.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,8 +1,10 @@
 //! Material slots, and which material goes to which.
 
+use std::fmt;
+
 use globset::{Glob, GlobMatcher};
 
-use super::{SceneError, outline::Outline};
+use crate::scene::{SceneError, outline::Outline};
 
 /// Where a material is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -30,7 +32,7 @@ pub struct Slot {
     pub id: SlotId,
     /// Its name, where it has one.
     pub name: Option<String>,
-    /// Names of the meshes that use it; `#index` for a mesh without a name.
+    /// Names of the meshes that use it; `mesh 3` for one without a name.
     pub meshes: Vec<String>,
     /// Primitives that use it.
     pub primitives: usize,
@@ -51,6 +53,16 @@ impl Slot {
     }
 }
 
+/// The label, and before it the `#index` that tells slots of one name apart: `#0 Body`.
+impl fmt::Display for Slot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.id, &self.name) {
+            (SlotId::Material(index), Some(name)) => write!(f, "#{index} {name}"),
+            _ => f.write_str(&self.label()),
+        }
+    }
+}
+
 /// The slots of a document, in the order of its materials, `(none)` last.
 pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
     let slot =
@@ -60,7 +72,7 @@ pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
         materials.map(|(i, material)| slot(SlotId::Material(i), material.name.clone())).collect();
     let mut none = slot(SlotId::Unassigned, None);
     for (index, mesh) in outline.meshes.iter().enumerate() {
-        let name = mesh.name.clone().unwrap_or_else(|| format!("#{index}"));
+        let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
         for primitive in &mesh.primitives {
             let mappings = primitive.extensions.variants.iter().flat_map(|v| &v.mappings);
             for mapping in mappings {
@@ -85,9 +97,12 @@ pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
     slots
 }
 
-/// Which slots an assignment means.
+/// The slots that an assignment means.
 #[derive(Debug, Clone)]
-pub enum Pattern {
+pub struct Pattern(Kind);
+
+#[derive(Debug, Clone)]
+enum Kind {
     /// `*`: every slot.
     All,
     /// `(none)`: the primitives without a material.
@@ -102,35 +117,35 @@ impl Pattern {
     /// The pattern that `text` spells; what is no glob is a name.
     pub fn new(text: &str) -> Self {
         let index = text.strip_prefix('#').and_then(|digits| digits.parse().ok());
-        match (text, index) {
-            ("*", _) => Pattern::All,
-            ("(none)", _) => Pattern::Unassigned,
-            (_, Some(index)) => Pattern::Index(index),
+        Pattern(match (text, index) {
+            ("*", _) => Kind::All,
+            ("(none)", _) => Kind::Unassigned,
+            (_, Some(index)) => Kind::Index(index),
             _ => {
                 let glob = Glob::new(text).ok().map(|glob| glob.compile_matcher());
-                Pattern::Name(text.to_owned(), glob)
+                Kind::Name(text.to_owned(), glob)
             }
-        }
+        })
     }
 
     /// How closely the pattern names the slot: 3 its place, 2 its name, 1 a glob, 0 `*`.
     fn closeness(&self, slot: &Slot) -> Option<u8> {
-        match (self, slot.id, &slot.name) {
-            (Pattern::All, ..) => Some(0),
-            (Pattern::Unassigned, SlotId::Unassigned, _) => Some(3),
-            (Pattern::Index(index), SlotId::Material(i), _) if *index == i => Some(3),
-            (Pattern::Name(name, _), _, Some(slot)) if name == slot => Some(2),
-            (Pattern::Name(_, Some(glob)), _, Some(slot)) if glob.is_match(slot) => Some(1),
+        match (&self.0, slot.id, &slot.name) {
+            (Kind::All, ..) => Some(0),
+            (Kind::Unassigned, SlotId::Unassigned, _) => Some(3),
+            (Kind::Index(index), SlotId::Material(i), _) if *index == i => Some(3),
+            (Kind::Name(name, _), _, Some(slot)) if name == slot => Some(2),
+            (Kind::Name(_, Some(glob)), _, Some(slot)) if glob.is_match(slot) => Some(1),
             _ => None,
         }
     }
 
     fn text(&self) -> String {
-        match self {
-            Pattern::All => "*".into(),
-            Pattern::Unassigned => "(none)".into(),
-            Pattern::Index(index) => format!("#{index}"),
-            Pattern::Name(name, _) => name.clone(),
+        match &self.0 {
+            Kind::All => "*".into(),
+            Kind::Unassigned => "(none)".into(),
+            Kind::Index(index) => format!("#{index}"),
+            Kind::Name(name, _) => name.clone(),
         }
     }
 }

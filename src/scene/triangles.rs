@@ -4,8 +4,8 @@ use base64::{Engine as _, prelude::BASE64_STANDARD};
 use glam::{DMat4, DVec3, Mat4, Vec3};
 use gltf::mesh::Mode;
 
-use super::resource::Resource;
-use super::{Scene, SceneError};
+use crate::scene::resource::Resource;
+use crate::scene::{Scene, SceneError};
 
 /// A triangle in the scene's world frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,3 +4,5 @@
 
 pub mod chi2;
 pub mod double_exponential;
+pub mod materials;
+pub mod network;

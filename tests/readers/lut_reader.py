@@ -101,17 +101,23 @@ def lookup_3d(texels, size, u, eight_bit):
     return result
 
 
+def three(of_lobes):
+    """One number per lobe, 0 for those that the material does not have."""
+    return np.pad(np.array(of_lobes, dtype=float), (0, 3 - len(of_lobes)))
+
+
 class Decoder:
     def __init__(self, folder):
         self.manifest = json.loads((folder / "manifest.json").read_text())
-        assert self.manifest["schema"] == "sgdbake/manifest/1"
+        assert self.manifest["schema"] == "sgdbake/manifest/2"
         textures = self.manifest["textures"]
         self.texels = {t["file"]: read_texture(folder, t) for t in textures}
         self.entries = {t["quantity"]: t for t in textures if "row" not in t}
         self.volumes = {t["row"]: t for t in textures if "row" in t}
 
-    def value(self, quantity, material, x, eight_bit):
-        entry, row = self.entries[quantity], material["row"]
+    def value(self, quantity, material, x, eight_bit, row=None):
+        """Three numbers each: one per lobe, of fresnel one per colour of the lobe whose row it is."""
+        entry, row = self.entries[quantity], material["row"] if row is None else row
         u = coordinate(entry["axes"][0]["warp"], row, x)
         texel = lookup(self.texels[entry["file"]], row, u, eight_bit)
         encoding = entry["encoding"]
@@ -119,18 +125,17 @@ class Decoder:
             return texel
         if encoding["factor"] == "u":
             return u[:, None] * np.exp(texel)
-        return np.array(material[encoding["factor"]]) * np.exp(texel)
+        return three(material[encoding["factor"]]) * np.exp(texel)
 
     def brdf(self, material, wi, wo, eight_bit):
-        rho_d = np.array([material["channels"][c]["rho_d"] for c in "rgb"])
-        rho_s = np.array([material["channels"][c]["rho_s"] for c in "rgb"])
-        diffuse = np.broadcast_to(rho_d / np.pi, wi.shape)
+        diffuse = np.broadcast_to(np.array(material["diffuse"]) / np.pi, wi.shape)
         if material["row"] is None:
             return diffuse
         h = wi + wo
         tan2_h = (h[:, 0] / h[:, 2]) ** 2 + (h[:, 1] / h[:, 2]) ** 2
         cos_d = np.minimum(np.linalg.norm(h, axis=1) / 2, 1)
         if not self.entries:
+            rho_s = sum(np.array(lobe["rho_s"]) for lobe in material["lobes"])
             return diffuse + rho_s / np.pi * self.volume(material, wi, wo, tan2_h, cos_d, eight_bit)
         with np.errstate(divide="ignore"):
             cot_i, cot_o = (w[:, 2] / np.hypot(w[:, 0], w[:, 1]) for w in (wi, wo))
@@ -138,11 +143,14 @@ class Decoder:
         ndf = value("ndf", tan2_h) * (1 + tan2_h[:, None]) ** 2
         g1 = value("masking", cot_i) * value("masking", cot_o)
         cosines = (wi[:, 2] * wo[:, 2])[:, None]
-        return diffuse + rho_s / np.pi * value("fresnel", cos_d) * ndf * g1 / cosines
-
+        lobes = ndf * g1 / cosines
+        for j, (lobe, row) in enumerate(zip(material["lobes"], material["fresnel_rows"], strict=True)):
+            fresnel = self.value("fresnel", material, cos_d, eight_bit, row)
+            diffuse = diffuse + np.array(lobe["rho_s"]) / np.pi * fresnel * lobes[:, j : j + 1]
+        return diffuse
 
     def volume(self, material, wi, wo, tan2_h, cos_d, eight_bit):
-        """B = F D G1 G1/(cos cos) from the 3D texture of the material's row."""
+        """B, the lobes' F D G1 G1/(cos cos) weighted by their shares of rho_s, from the 3D texture of the material's row."""
         entry = self.volumes[material["row"]]
         sin_h = np.sqrt(tan2_h / (1 + tan2_h))
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -166,7 +174,7 @@ def directions(rng, count):
 
 def pairs(rng, material, viewers, lights):
     """For each viewer: lights anywhere, and lights mirrored about half vectors of all widths."""
-    alphas = [material["channels"][c]["alpha"] for c in "rgb"]
+    alphas = [lobe["alpha"] for lobe in material["lobes"]] or [0.1]
     wo = np.repeat(directions(rng, viewers), lights, axis=0)
     count = len(wo)
     tan = np.exp(rng.uniform(np.log(0.3 * min(alphas)), 0.5 * np.log(40 * max(alphas)), count))

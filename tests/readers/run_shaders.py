@@ -47,7 +47,7 @@ WGSL_3D = """
 GLSL_HEAD = """#version 450
 in vec3 in_wi; in vec3 in_wo; out vec3 result;
 """
-ROW = ("rho_d", "ndf_scale", "rho_s", "ndf_max", "ndf_peak", "masking_scale")
+ROW = ("rho_d", "ndf_scale", "ndf_peak", "ndf_max", "rho_s", "fresnel_rows", "masking_scale", "row")
 VOLUME = ("rho_d", "half_scale", "rho_s", "half_max", "factor", "difference_scale")
 
 
@@ -62,20 +62,23 @@ class Bake:
     def inputs(self, material):
         """Texels as float32 RGBA, shaped depth x height x width x 4, and the constants."""
         row = material["row"]
-        channels = [material["channels"][c] for c in "rgb"]
-        rho = {key: [c[key] for c in channels] for key in ("rho_d", "rho_s")}
+        rho_s = np.zeros((3, 3))
+        rho_s[: len(material["lobes"])] = [lobe["rho_s"] for lobe in material["lobes"]]
         if not self.decoder.entries:
             entry = self.decoder.volumes[row]
             half, difference = (axis["warp"] for axis in entry["axes"][:2])
-            constants = rho | {"half_scale": half["scale"][0], "half_max": half["max"][0],
-                               "factor": entry["encoding"]["factor"],
-                               "difference_scale": difference["scale"][0]}
-            return [self.rgba(entry)], [constants[key] for key in VOLUME], None
+            constants = {"rho_d": material["diffuse"], "rho_s": rho_s.sum(axis=0), "half_scale": half["scale"][0], "half_max": half["max"][0],
+                         "factor": entry["encoding"]["factor"],
+                         "difference_scale": difference["scale"][0]}
+            return [self.rgba(entry)], {key: constants[key] for key in VOLUME}
         entries = [self.decoder.entries[q] for q in ("ndf", "masking", "fresnel")]
         ndf, masking = (entry["axes"][0]["warp"] for entry in entries[:2])
-        constants = rho | {"ndf_scale": ndf["scale"][row], "ndf_max": ndf["max"][row],
-                           "ndf_peak": material["ndf_peak"], "masking_scale": masking["scale"][row]}
-        return [self.rgba(entry) for entry in entries], [constants[key] for key in ROW], row
+        rows = material["fresnel_rows"]
+        constants = {"rho_d": material["diffuse"], "ndf_scale": ndf["scale"][row],
+                     "ndf_peak": lut_reader.three(material["ndf_peak"]), "ndf_max": ndf["max"][row],
+                     "rho_s": rho_s, "fresnel_rows": np.int32(rows + rows[:1] * (3 - len(rows))),
+                     "masking_scale": masking["scale"][row], "row": np.int32(row)}
+        return [self.rgba(entry) for entry in entries], {key: constants[key] for key in ROW}
 
     def rgba(self, entry):
         texels = self.decoder.texels[entry["file"]].astype(np.float32)
@@ -85,15 +88,24 @@ class Bake:
         return rgba.reshape(depth, -1, entry["size"][0], 4)
 
 
-def packed(constants, row):
-    """The uniform as both languages lay it out: a vec3 and a scalar fill sixteen bytes."""
-    words = np.concatenate([np.atleast_1d(c) for c in constants]).astype(np.float32).tobytes()
-    return words + (b"" if row is None else np.array([row, 0, 0, 0], np.uint32).tobytes())
+def words(constant):
+    """A constant as bytes of a uniform: the columns of a matrix start at multiples of sixteen bytes."""
+    constant = np.asarray(constant)
+    if constant.ndim == 2:
+        constant = np.pad(constant, ((0, 0), (0, 1)))
+    integer = np.issubdtype(constant.dtype, np.integer)
+    return constant.astype(np.int32 if integer else np.float32).tobytes()
+
+
+def packed(constants):
+    """The uniform as WGSL lays it out: a vec3 and a scalar fill sixteen bytes."""
+    bytes = b"".join(words(constant) for constant in constants.values())
+    return bytes + b"\0" * (-len(bytes) % 16)
 
 
 def run_wgsl(device, bake, material, wi, wo):
-    textures, constants, row = bake.inputs(material)
-    code = bake.wgsl + (WGSL_3D if row is None else WGSL_2D)
+    textures, constants = bake.inputs(material)
+    code = bake.wgsl + (WGSL_2D if "row" in constants else WGSL_3D)
     pairs = np.ones((2 * len(wi), 4), np.float32)
     pairs[0::2, :3], pairs[1::2, :3] = wi, wo
     usage = wgpu.BufferUsage
@@ -101,9 +113,9 @@ def run_wgsl(device, bake, material, wi, wo):
     resources = [
         {"buffer": device.create_buffer_with_data(data=pairs, usage=usage.STORAGE)},
         {"buffer": result},
-        {"buffer": device.create_buffer_with_data(data=packed(constants, row), usage=usage.UNIFORM)},
+        {"buffer": device.create_buffer_with_data(data=packed(constants), usage=usage.UNIFORM)},
     ]
-    resources += [upload(device, texels, "3d" if row is None else "2d") for texels in textures]
+    resources += [upload(device, texels, "2d" if "row" in constants else "3d") for texels in textures]
     module = device.create_shader_module(code=code)
     pipeline = device.create_compute_pipeline(layout="auto", compute={"module": module, "entry_point": "main"})
     entries = [{"binding": i, "resource": resource} for i, resource in enumerate(resources)]
@@ -129,24 +141,24 @@ def upload(device, texels, dimension):
 
 
 def run_glsl(context, bake, material, wi, wo):
-    textures, constants, row = bake.inputs(material)
-    if row is None:
-        names, struct, call = ["volume"], "SgdVolume", "sgd_brdf_3d(volume, material, in_wi, in_wo)"
-        keys, uniforms = VOLUME, "uniform sampler3D volume;"
-    else:
+    textures, constants = bake.inputs(material)
+    flat = "row" in constants
+    if flat:
         names, struct = ["ndf", "masking", "fresnel"], "SgdRow"
-        keys, call = ROW, "sgd_brdf(ndf, masking, fresnel, material, in_wi, in_wo)"
+        call = "sgd_brdf(ndf, masking, fresnel, material, in_wi, in_wo)"
         uniforms = "uniform sampler2D ndf, masking, fresnel;"
+    else:
+        names, struct, call = ["volume"], "SgdVolume", "sgd_brdf_3d(volume, material, in_wi, in_wo)"
+        uniforms = "uniform sampler3D volume;"
     code = f"{GLSL_HEAD}{uniforms}\n{bake.glsl}\nuniform {struct} material;\nvoid main() {{ result = {call}; }}"
     program = context.program(vertex_shader=code, varyings=["result"])
-    for key, value in zip(keys, constants):
-        program[f"material.{key}"].value = tuple(value) if isinstance(value, list) else value
-    if row is not None:
-        program["material.row"].value = row
+    for key, value in constants.items():
+        value = np.ravel(value).tolist()
+        program[f"material.{key}"].value = tuple(value) if len(value) > 1 else value[0]
     for unit, (name, texels) in enumerate(zip(names, textures)):
         depth, height, width, _ = texels.shape
-        make = context.texture3d if row is None else context.texture
-        size = (width, height, depth) if row is None else (width, height)
+        make = context.texture if flat else context.texture3d
+        size = (width, height) if flat else (width, height, depth)
         texture = make(size, 4, texels.tobytes(), dtype="f4")
         texture.use(unit)
         program[name].value = unit

@@ -5,11 +5,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use sgdbake::scene::{Replacement, Scene, SlotId};
+use sgdbake::asset::Asset;
+use sgdbake::scene::{Scene, SlotId};
 
-mod replacement;
+mod asset;
 
-pub use replacement::replacement;
+pub use asset::asset;
 
 /// The shared test scenes, or `None` with a message.
 pub fn models() -> Option<PathBuf> {
@@ -40,7 +41,7 @@ pub fn scene_files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Exports to `target` and writes the files.
-pub fn export(scene: &Scene, assigned: &[(SlotId, &Replacement)], target: &Path) {
+pub fn export(scene: &Scene, assigned: &[(SlotId, &Asset)], target: &Path) {
     for file in scene.export(assigned, target).unwrap().files {
         fs::create_dir_all(file.path.parent().unwrap()).unwrap();
         file.write_to(&mut fs::File::create(&file.path).unwrap()).unwrap();

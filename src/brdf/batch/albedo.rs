@@ -5,13 +5,14 @@ use std::sync::LazyLock;
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::brdf::Lobe;
 use crate::brdf::albedo::{FresnelMoments, View, azimuths};
 use crate::brdf::batch::InstructionSet;
 use crate::brdf::batch::dispatch;
 use crate::math::arithmetic::{Arithmetic, exp_m1, exp2, max, min};
 use crate::math::chebyshev::{interpolation, nodes};
 use crate::math::quadrature::gauss_legendre;
-use crate::microfacet::{Masking, SgdNdf};
+use crate::microfacet::Sgd;
 
 /// Rings of half vectors that are lit as a whole.
 const LIT_RINGS: usize = 16;
@@ -41,22 +42,23 @@ pub struct AlbedoBatch {
     p: f32,
     /// α² D(0) π/(nodes of a ring).
     scale: f64,
-    masking: Masking,
+    lobe: Lobe<Sgd>,
     g1: PolynomialG1,
 }
 
 impl AlbedoBatch {
     /// The moments of a lobe on the widest instructions of this machine.
     #[must_use]
-    pub fn new(ndf: &SgdNdf, masking: &Masking) -> Self {
-        let alpha = ndf.alpha();
+    pub fn new(lobe: &Lobe<Sgd>) -> Self {
+        let sgd = &lobe.distribution;
+        let alpha = sgd.alpha();
         Self {
             set: InstructionSet::widest(),
             alpha,
-            p: ndf.p() as f32,
-            scale: alpha * alpha * ndf.peak() * PI / AZIMUTH_NODES as f64,
-            masking: masking.clone(),
-            g1: PolynomialG1::new(masking),
+            p: sgd.p() as f32,
+            scale: alpha * alpha * sgd.peak() * PI / AZIMUTH_NODES as f64,
+            lobe: lobe.clone(),
+            g1: PolynomialG1::new(lobe),
         }
     }
 
@@ -78,7 +80,7 @@ impl AlbedoBatch {
         if cos_theta_o.is_nan() || cos_theta_o < f64::MIN_POSITIVE {
             return FresnelMoments::default();
         }
-        let view = View::new(&self.masking, cos_theta_o.min(1.0));
+        let view = View::new(&self.lobe, cos_theta_o.min(1.0));
         let [whole, none] = view.radial_ends(self.alpha, LARGEST_DECAY);
         let Rule { lit, cut, .. } = &*RULE;
         let lit = self.part::<A, false, _>(lit, &view, 0.0, whole);
@@ -256,11 +258,11 @@ struct PolynomialG1 {
 }
 
 impl PolynomialG1 {
-    fn new(masking: &Masking) -> Self {
+    fn new(lobe: &Lobe<Sgd>) -> Self {
         const GRAZING: f64 = 1e-12;
         const UNMASKED: f64 = 1.0 - 1e-7;
         const STEP: f64 = 0.95;
-        let g1 = |cos: f64| masking.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt());
+        let g1 = |cos: f64| lobe.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt());
         let scale = 5.0 * GRAZING / g1(GRAZING);
         let mut end = 1.0;
         while end > 0.2 * scale && g1(STEP * end) > UNMASKED {
@@ -310,25 +312,25 @@ impl PolynomialG1 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::ChannelBrdf;
-    use crate::material::catalog;
-    use crate::microfacet::masking::MaskingKind;
+    use crate::brdf::MaskingKind;
+    use crate::material::{LobeFields, LobeParams, catalog};
+    use crate::microfacet::Accuracy;
 
     const VIEWS: [f64; 9] = [1.0, 0.98, 0.7, 0.3, 0.1, 0.0175, 1e-3, 1e-5, 1e-6];
 
-    fn channels(step: usize) -> impl Iterator<Item = ChannelBrdf> {
+    fn lobes(step: usize) -> impl Iterator<Item = Lobe<Sgd>> {
         let kinds = [MaskingKind::Exact, MaskingKind::Fitted];
-        let params = catalog().iter().step_by(step).flat_map(|entry| &entry.material.channels);
-        params.flat_map(move |c| kinds.map(|kind| ChannelBrdf::with_accuracy(c, kind, 1e-8)))
+        let params = catalog().iter().step_by(step).flat_map(|entry| entry.material.lobes());
+        params.flat_map(move |lobe| kinds.map(|kind| Lobe::new(lobe, kind, Accuracy::Table)))
     }
 
     #[test]
-    fn every_published_channel_is_within_the_stated_error() {
+    fn every_published_lobe_is_within_the_stated_error() {
         let mut worst: f64 = 0.0;
-        for channel in channels(1).map(ChannelBrdf::tabulated) {
-            let quick = AlbedoBatch::new(&channel.ndf, &channel.masking).moments(&VIEWS);
+        for lobe in lobes(1).map(Lobe::tabulated) {
+            let quick = AlbedoBatch::new(&lobe).moments(&VIEWS);
             for (cos, quick) in VIEWS.into_iter().zip(quick) {
-                let exact = FresnelMoments::new(&channel.ndf, &channel.masking, cos);
+                let exact = FresnelMoments::new(&lobe, cos);
                 let errors = [
                     quick.one - exact.one,
                     quick.schlick - exact.schlick,
@@ -343,8 +345,8 @@ mod tests {
 
     #[test]
     fn every_instruction_set_gives_the_same_bits() {
-        for channel in channels(30) {
-            let batch = AlbedoBatch::new(&channel.ndf, &channel.masking);
+        for lobe in lobes(30) {
+            let batch = AlbedoBatch::new(&lobe);
             let on = |set| batch.clone().with_instruction_set(set).moments(&VIEWS);
             let baseline = on(InstructionSet::Baseline);
             assert!(InstructionSet::available().all(|set| on(set) == baseline));
@@ -354,10 +356,10 @@ mod tests {
     #[test]
     fn hard_shapes_stay_finite_and_the_horizon_is_dark() {
         for (alpha, p) in [(1e-8, 4.0), (50.0, 0.1), (0.3, 0.0), (1e-4, 1.8)] {
-            let ndf = SgdNdf::new(alpha, p);
-            let mixture = crate::microfacet::BeckmannMixture::new(alpha, p, 1e-8);
-            let masking = Masking::Exact(crate::microfacet::SmithMasking::new(&mixture));
-            let batch = AlbedoBatch::new(&ndf, &masking);
+            let fields =
+                LobeFields { alpha, p, masking: None, rho_s: [1.0; 3], f0: [1.0; 3], f1: [0.0; 3] };
+            let params = LobeParams::new(fields).expect("in range");
+            let batch = AlbedoBatch::new(&Lobe::new(&params, MaskingKind::Exact, Accuracy::Table));
             for moments in batch.moments(&VIEWS) {
                 assert!((0.0..=1.0 + 1e-4).contains(&moments.one), "{alpha} {p} {moments:?}");
             }

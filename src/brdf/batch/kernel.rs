@@ -1,5 +1,5 @@
-//! One block of pairs through the formula, in straight loops: first what the channels share, then
-//! channel by channel.
+//! One block of pairs through the formula, in straight loops: what the lobes share, then lobe by
+//! lobe, and in each colour by colour.
 
 use std::f64::consts::{FRAC_1_PI, LOG2_E};
 
@@ -7,8 +7,8 @@ use glam::Vec3;
 
 use crate::brdf::batch::masking::BatchMasking;
 use crate::brdf::batch::{Pairs, RgbMut};
-use crate::brdf::eval::{Factors, Terms};
-use crate::material::ChannelParams;
+use crate::brdf::{LobeCurves, LobeTerms, Terms};
+use crate::material::{LobeParams, Material};
 use crate::math::arithmetic::{Arithmetic, exp2, log2, max, min};
 use crate::microfacet::SgdNdf;
 
@@ -21,13 +21,17 @@ type Lanes = [f32; BLOCK];
 /// tan²θh beyond which D of every lobe that f32 can hold is 0; its square is still finite.
 const LARGEST_TAN2: f32 = 1e15;
 
-/// One channel's constants besides its masking.
+/// A material's constants besides its masking, saturated to the range of f32.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constants {
+    /// ρd/π per colour.
+    diffuse: [f32; 3],
+    lobes: Vec<LobeConstants>,
+}
+
+/// A lobe's constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ChannelConstants {
-    /// ρd/π.
-    diffuse: f32,
-    /// ρs/π.
-    specular: f32,
+struct LobeConstants {
     /// D at θ = 0.
     peak: f32,
     /// log₂e/α.
@@ -35,6 +39,14 @@ pub struct ChannelConstants {
     /// 1/α².
     inv_alpha2: f32,
     p: f32,
+    colours: [ColourConstants; 3],
+}
+
+/// The constants of one colour of a lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ColourConstants {
+    /// ρs/π; 0 where the lobe does not colour.
+    specular: f32,
     /// F(0°) = f0 − f1.
     fresnel_normal: f32,
     /// 1 − f0.
@@ -42,37 +54,54 @@ pub struct ChannelConstants {
     f1: f32,
 }
 
-impl ChannelConstants {
-    /// The constants of a channel, saturated to the range of f32.
+/// The f32 nearest to a value, at most 1e38 in magnitude.
+fn single(value: f64) -> f32 {
+    value.clamp(-1e38, 1e38) as f32
+}
+
+impl Constants {
+    /// The constants of a material.
     #[must_use]
-    pub fn new(params: &ChannelParams) -> Self {
-        let single = |value: f64| value.clamp(-1e38, 1e38) as f32;
-        let ChannelParams { rho_d, rho_s, alpha, p, f0, f1, .. } = *params;
+    pub fn new(material: &Material) -> Self {
         Self {
-            diffuse: single(rho_d * FRAC_1_PI),
-            specular: single(rho_s * FRAC_1_PI),
+            diffuse: material.rho_d().map(|rho_d| single(rho_d * FRAC_1_PI)),
+            lobes: material.lobes().iter().map(LobeConstants::new).collect(),
+        }
+    }
+}
+
+impl LobeConstants {
+    fn new(lobe: &LobeParams) -> Self {
+        let (alpha, p) = (lobe.alpha(), lobe.p());
+        let colour = |c: usize| ColourConstants {
+            specular: single(lobe.rho_s()[c] * FRAC_1_PI),
+            fresnel_normal: single(lobe.f0()[c] - lobe.f1()[c]),
+            fresnel_schlick: single(1.0 - lobe.f0()[c]),
+            f1: single(lobe.f1()[c]),
+        };
+        Self {
             peak: single(SgdNdf::new(alpha, p).peak()),
             decay: single(LOG2_E / alpha),
             inv_alpha2: single(1.0 / (alpha * alpha)),
             p: single(p),
-            fresnel_normal: single(f0 - f1),
-            fresnel_schlick: single(1.0 - f0),
-            f1: single(f1),
+            colours: [0, 1, 2].map(colour),
         }
     }
 
     /// D at x = tan²θ: peak · 2^(−x log₂e/α − p log₂(1 + x/α²)) · (1+x)².
     #[inline(always)]
-    pub fn ndf<A: Arithmetic>(&self, tan2_theta: f32) -> f32 {
+    fn ndf<A: Arithmetic>(&self, tan2_theta: f32) -> f32 {
         let x = min(tan2_theta, LARGEST_TAN2);
         let power = self.p * log2::<A>(min(A::mul_add(x, self.inv_alpha2, 1.0), f32::MAX));
         let density = self.peak * exp2::<A>(A::mul_add(-x, self.decay, -power));
         min(density * ((1.0 + x) * (1.0 + x)), f32::MAX)
     }
+}
 
+impl ColourConstants {
     /// F at ε = 1 − cosθd, as (f0 − f1) + (1 − f0) ε⁵ + f1 ε: no cancellation towards ε = 0.
     #[inline(always)]
-    pub fn fresnel<A: Arithmetic>(&self, one_minus_cos_d: f32) -> f32 {
+    fn fresnel<A: Arithmetic>(&self, one_minus_cos_d: f32) -> f32 {
         let e = one_minus_cos_d;
         let e2 = e * e;
         let linear = A::mul_add(self.f1, e, self.fresnel_normal);
@@ -80,7 +109,7 @@ impl ChannelConstants {
     }
 }
 
-/// What the three channels share about one pair.
+/// The quantities of one pair that all lobes share.
 #[derive(Clone, Copy, Debug)]
 struct Shared {
     visible: bool,
@@ -111,7 +140,7 @@ impl Shared {
     }
 }
 
-/// As [`crate::brdf::eval::above_horizon`].
+/// As [`crate::math::direction::above_horizon`].
 #[inline(always)]
 fn above_horizon<A: Arithmetic>([x, y, z]: [f32; 3]) -> bool {
     let length2 = A::mul_add(x, x, A::mul_add(y, y, z * z));
@@ -123,33 +152,40 @@ fn sin_theta<A: Arithmetic>([x, y, _]: [f32; 3]) -> f32 {
     A::mul_add(x, x, y * y).sqrt()
 }
 
-/// The printed equation for one channel and pair; 0 where either direction is below the horizon.
+/// The factors of a lobe that its colours share, for one pair.
+#[derive(Clone, Copy, Debug)]
+struct LobeAt {
+    ndf: f32,
+    g1_i: f32,
+    g1_o: f32,
+    /// (G1(wi)/cosθi) (G1(wo)/cosθo).
+    visibility: f32,
+}
+
+impl LobeAt {
+    #[inline(always)]
+    fn new<A: Arithmetic, M: BatchMasking>(
+        lobe: &LobeConstants,
+        masking: &M,
+        shared: &Shared,
+    ) -> Self {
+        let g1_i = masking.g1::<A>(shared.masking_i);
+        let g1_o = masking.g1::<A>(shared.masking_o);
+        let (v_i, v_o) = (g1_i * shared.inv_cos_i, g1_o * shared.inv_cos_o);
+        Self { ndf: lobe.ndf::<A>(shared.tan2_h), g1_i, g1_o, visibility: v_i * v_o }
+    }
+}
+
+/// (ρs/π) F D (G1(wi)/cosθi) (G1(wo)/cosθo) of one colour.
 #[inline(always)]
-fn terms<A: Arithmetic, M: BatchMasking>(
-    channel: &ChannelConstants,
-    masking: &M,
-    shared: &Shared,
-) -> [f32; 7] {
-    let ndf = channel.ndf::<A>(shared.tan2_h);
-    let fresnel = channel.fresnel::<A>(shared.one_minus_cos_d);
-    let g1_i = masking.g1::<A>(shared.masking_i);
-    let g1_o = masking.g1::<A>(shared.masking_o);
-    let (v_i, v_o) = (g1_i * shared.inv_cos_i, g1_o * shared.inv_cos_o);
-    let specular = channel.specular * fresnel * ndf * (v_i * v_o);
-    let specular = max(min(specular, f32::MAX), -f32::MAX);
-    let brdf = channel.diffuse + specular;
-    // Not mapped: what an array's map becomes stops the loop around it from being vectorised, or
-    // does not, as the rest of the crate is compiled.
-    let shown = |term: f32| if shared.visible { term } else { 0.0 };
-    [
-        shown(ndf),
-        shown(g1_i),
-        shown(g1_o),
-        shown(fresnel),
-        shown(specular),
-        shown(channel.diffuse),
-        shown(brdf),
-    ]
+fn specular<A: Arithmetic>(
+    colour: &ColourConstants,
+    one_minus_cos_d: f32,
+    ndf: f32,
+    visibility: f32,
+) -> f32 {
+    let specular = colour.specular * colour.fresnel::<A>(one_minus_cos_d) * ndf * visibility;
+    max(min(specular, f32::MAX), -f32::MAX)
 }
 
 /// [`Shared`] for a block of pairs, array by array.
@@ -207,8 +243,8 @@ impl SharedBlock {
 /// f of every pair into `out`; all slices have one length.
 #[inline(always)]
 pub fn eval<A: Arithmetic, M: BatchMasking>(
-    channels: &[ChannelConstants; 3],
-    maskings: &[M; 3],
+    material: &Constants,
+    maskings: &[M],
     pairs: &Pairs<'_>,
     out: &mut RgbMut<'_>,
 ) {
@@ -217,12 +253,38 @@ pub fn eval<A: Arithmetic, M: BatchMasking>(
         let count = BLOCK.min(length - start);
         let [wi, wo] = [load(pairs.wi, start, count), load(pairs.wo, start, count)];
         let shared = SharedBlock::new::<A, M>(&wi, &wo);
-        for (c, out) in out.0.iter_mut().enumerate() {
-            let mut values = [0.0; BLOCK];
-            for (i, value) in values.iter_mut().enumerate() {
-                *value = terms::<A, M>(&channels[c], &maskings[c], &shared.lane(i))[6];
+        let mut values = material.diffuse.map(|diffuse| [diffuse; BLOCK]);
+        for (lobe, masking) in material.lobes.iter().zip(maskings) {
+            add_lobe::<A, M>(lobe, masking, &shared, &mut values);
+        }
+        for (values, out) in values.iter_mut().zip(out.0.iter_mut()) {
+            for (value, visible) in values.iter_mut().zip(&shared.visible) {
+                *value = if *visible != 0 { *value } else { 0.0 };
             }
             out[start..start + count].copy_from_slice(&values[..count]);
+        }
+    }
+}
+
+/// Adds a lobe to the colours of a block of pairs.
+#[inline(always)]
+fn add_lobe<A: Arithmetic, M: BatchMasking>(
+    lobe: &LobeConstants,
+    masking: &M,
+    shared: &SharedBlock,
+    values: &mut [Lanes; 3],
+) {
+    let (mut ndf, mut visibility) = ([0.0; BLOCK], [0.0; BLOCK]);
+    for i in 0..BLOCK {
+        let at = LobeAt::new::<A, M>(lobe, masking, &shared.lane(i));
+        (ndf[i], visibility[i]) = (at.ndf, at.visibility);
+    }
+    for (colour, values) in lobe.colours.iter().zip(values) {
+        if colour.specular == 0.0 {
+            continue;
+        }
+        for (i, value) in values.iter_mut().enumerate() {
+            *value += specular::<A>(colour, shared.one_minus_cos_d[i], ndf[i], visibility[i]);
         }
     }
 }
@@ -239,34 +301,59 @@ fn load(components: [&[f32]; 3], start: usize, count: usize) -> [Lanes; 3] {
 /// Every factor for one pair, with the bits that [`eval`] gives.
 #[inline(always)]
 pub fn pair<A: Arithmetic, M: BatchMasking>(
-    channels: &[ChannelConstants; 3],
-    maskings: &[M; 3],
+    material: &Constants,
+    maskings: &[M],
     wi: Vec3,
     wo: Vec3,
-) -> [Terms; 3] {
+) -> Terms {
     let shared = Shared::new::<A, M>(wi.to_array(), wo.to_array());
-    std::array::from_fn(|c| {
-        let [ndf, g1_i, g1_o, fresnel, specular, diffuse, brdf] =
-            terms::<A, M>(&channels[c], &maskings[c], &shared).map(f64::from);
-        Terms { ndf, g1_i, g1_o, fresnel, specular, diffuse, brdf }
-    })
+    if !shared.visible {
+        return Terms::default();
+    }
+    let (mut terms, mut brdf) = (Terms::default(), material.diffuse);
+    let mut sums = [0.0_f32; 3];
+    for ((lobe, masking), slot) in material.lobes.iter().zip(maskings).zip(&mut terms.lobes) {
+        let at = LobeAt::new::<A, M>(lobe, masking, &shared);
+        let mut fresnel = [0.0; 3];
+        for c in 0..3 {
+            let colour = &lobe.colours[c];
+            fresnel[c] = colour.fresnel::<A>(shared.one_minus_cos_d).into();
+            if colour.specular != 0.0 {
+                let specular = specular::<A>(colour, shared.one_minus_cos_d, at.ndf, at.visibility);
+                sums[c] += specular;
+                brdf[c] += specular;
+            }
+        }
+        *slot =
+            LobeTerms { ndf: at.ndf.into(), g1_i: at.g1_i.into(), g1_o: at.g1_o.into(), fresnel };
+    }
+    Terms {
+        specular: sums.map(f64::from),
+        diffuse: material.diffuse.map(f64::from),
+        brdf: brdf.map(f64::from),
+        ..terms
+    }
 }
 
-/// D, Λ, G1 and F against one angle.
+/// D, Λ, G1 and F of each lobe against one angle.
 #[inline(always)]
-pub fn factors<A: Arithmetic, M: BatchMasking>(
-    channels: &[ChannelConstants; 3],
-    maskings: &[M; 3],
+pub fn curves<A: Arithmetic, M: BatchMasking>(
+    material: &Constants,
+    maskings: &[M],
     cos_theta: f32,
     sin_theta: f32,
-) -> [Factors; 3] {
+) -> Vec<LobeCurves> {
     let tan_theta = sin_theta / cos_theta;
     let coordinate = M::coordinate::<A>(cos_theta, sin_theta);
-    std::array::from_fn(|c| {
-        let ndf = channels[c].ndf::<A>(tan_theta * tan_theta).into();
-        let g1 = maskings[c].g1::<A>(coordinate);
-        let lambda = (1.0 / g1 - 1.0).into();
-        let fresnel = channels[c].fresnel::<A>(1.0 - cos_theta).into();
-        Factors { ndf, lambda, g1: g1.into(), fresnel }
-    })
+    let of_lobe = |(lobe, masking): (&LobeConstants, &M)| {
+        let g1 = masking.g1::<A>(coordinate);
+        let fresnel = |c: usize| lobe.colours[c].fresnel::<A>(1.0 - cos_theta).into();
+        LobeCurves {
+            ndf: lobe.ndf::<A>(tan_theta * tan_theta).into(),
+            lambda: (1.0 / g1 - 1.0).into(),
+            g1: g1.into(),
+            fresnel: std::array::from_fn(fresnel),
+        }
+    };
+    material.lobes.iter().zip(maskings).map(of_lobe).collect()
 }

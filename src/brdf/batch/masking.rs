@@ -3,9 +3,9 @@
 use nalgebra::{Matrix4, Vector4};
 
 use crate::math::arithmetic::{Arithmetic, atan2, exp_m1, ln_1p, max, min};
-use crate::microfacet::{FittedMasking, SmithMasking};
+use crate::microfacet::{Distribution as _, FittedMasking, Sgd};
 
-/// G1 of one channel, as a function of a coordinate that the three channels share.
+/// G1 of one lobe, as a function of a coordinate that the lobes share.
 pub trait BatchMasking {
     /// The coordinate of the direction with cosine `cos` ≥ 0 and sine `sin` ≥ 0.
     fn coordinate<A: Arithmetic>(cos: f32, sin: f32) -> f32;
@@ -80,7 +80,7 @@ impl TabulatedG1 {
 
     /// The coarsest table whose measured error keeps [`Self::ACCURACY`], or else the finest.
     #[must_use]
-    pub fn new(exact: &SmithMasking) -> Self {
+    pub fn new(exact: &Sgd) -> Self {
         let coarse = (5..7).map(|fineness| Self::with_fineness(exact, fineness));
         coarse
             .into_iter()
@@ -88,7 +88,7 @@ impl TabulatedG1 {
             .unwrap_or_else(|| Self::with_fineness(exact, 7))
     }
 
-    fn with_fineness(exact: &SmithMasking, fineness: u32) -> Self {
+    fn with_fineness(exact: &Sgd, fineness: u32) -> Self {
         let coefficients = interpolation_matrix();
         let mut pieces = Box::new([[0.0; 4]; PIECES]);
         for (index, piece) in pieces.iter_mut().enumerate() {
@@ -110,7 +110,7 @@ impl TabulatedG1 {
 
     /// The largest relative error of G1 seen at the quarters and ends of every piece, and below the first.
     #[must_use]
-    pub fn error(&self, exact: &SmithMasking) -> f64 {
+    pub fn error(&self, exact: &Sgd) -> f64 {
         let lowest = Self::interval(0, self.fineness).0;
         let inside = (0..PIECES).flat_map(|index| {
             let (start, width) = Self::interval(index, self.fineness);
@@ -155,7 +155,7 @@ impl BatchMasking for TabulatedG1 {
 }
 
 /// G1/t of the exact masking at t = cosθ/(cosθ + sinθ).
-fn ratio(exact: &SmithMasking, t: f64) -> f64 {
+fn ratio(exact: &Sgd, t: f64) -> f64 {
     exact.g1(t / (1.0 - t)) / t
 }
 
@@ -173,27 +173,27 @@ fn interpolation_matrix() -> Matrix4<f64> {
     powers.try_inverse().expect("a Vandermonde matrix of distinct nodes is invertible")
 }
 
-/// The masking of three channels in the form their kind needs.
+/// The masking of each lobe in the form its kind needs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BatchMaskings {
     /// Smith's, tabulated.
-    Exact([TabulatedG1; 3]),
+    Exact(Vec<TabulatedG1>),
     /// The published fit.
-    Fitted([FittedG1; 3]),
+    Fitted(Vec<FittedG1>),
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::arithmetic::Fused;
-    use crate::microfacet::BeckmannMixture;
+    use crate::microfacet::Accuracy;
 
     #[test]
     fn tables_keep_their_accuracy_from_the_sharpest_to_the_roughest() {
         for (alpha, p) in
             [(1.6e-5, 0.9), (0.015, 0.46), (0.85, 0.3), (0.05, 1.78), (1e-8, 4.0), (50.0, 0.1)]
         {
-            let exact = SmithMasking::new(&BeckmannMixture::new(alpha, p, 1e-9));
+            let exact = Sgd::new(alpha, p, Accuracy::Table);
             let table = TabulatedG1::new(&exact);
             let error = table.error(&exact);
             assert!(error <= TabulatedG1::ACCURACY, "{alpha} {p}: {error:e} at {}", table.fineness);
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn both_ends_are_exact() {
-        let table = TabulatedG1::new(&SmithMasking::new(&BeckmannMixture::new(0.03, 0.5, 1e-9)));
+        let table = TabulatedG1::new(&Sgd::new(0.03, 0.5, Accuracy::Table));
         let g1 = |cos, sin| table.g1::<Fused>(TabulatedG1::coordinate::<Fused>(cos, sin));
         assert_eq!(g1(0.0, 1.0), 0.0);
         assert!((g1(1.0, 0.0) - 1.0).abs() < 1e-6);

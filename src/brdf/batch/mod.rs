@@ -14,18 +14,14 @@ use glam::Vec3;
 
 use crate::brdf::albedo::FresnelMoments;
 use crate::brdf::batch::albedo::AlbedoBatch;
-use crate::brdf::batch::kernel::ChannelConstants;
+use crate::brdf::batch::kernel::Constants;
 use crate::brdf::batch::masking::{BatchMaskings, FittedG1, TabulatedG1};
-use crate::brdf::eval::{Factors, Terms};
+use crate::brdf::{LobeCurves, MaskingKind, Terms};
 use crate::material::Material;
 use crate::math::arithmetic::{Fused, Separate};
 pub use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::per_instruction_set;
-use crate::microfacet::masking::MaskingKind;
-use crate::microfacet::{FittedMasking, SmithMasking};
-
-/// Relative accuracy of the exact masking that the tables are made from.
-const TABLE_SOURCE_ACCURACY: f64 = 1e-8;
+use crate::microfacet::{Accuracy, FittedMasking, Sgd};
 
 /// Pairs of unit directions, one slice per component x, y, z.
 #[derive(Clone, Copy, Debug)]
@@ -42,9 +38,7 @@ pub struct RgbMut<'a>(pub [&'a mut [f32]; 3]);
 
 /// Slices of one batch that differ in length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "a slice of {found} stands beside one of {expected}: all slices of a batch have one length"
-)]
+#[error("slices differ in length: expected {expected}, found {found}")]
 pub struct LengthMismatch {
     /// Length of the first slice.
     pub expected: usize,
@@ -60,7 +54,7 @@ pub struct LengthMismatch {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SgdBatch {
     set: InstructionSet,
-    channels: [ChannelConstants; 3],
+    constants: Constants,
     maskings: BatchMaskings,
 }
 
@@ -68,18 +62,19 @@ impl SgdBatch {
     /// The evaluator of a material on the widest instructions of this machine.
     #[must_use]
     pub fn new(material: &Material, kind: MaskingKind) -> Self {
-        let set = InstructionSet::widest();
-        let channels = material.channels.each_ref();
-        let maskings =
-            match kind {
-                MaskingKind::Exact => BatchMaskings::Exact(channels.map(|params| {
-                    TabulatedG1::new(&SmithMasking::of(params, TABLE_SOURCE_ACCURACY))
-                })),
-                MaskingKind::Fitted => BatchMaskings::Fitted(
-                    channels.map(|params| FittedG1::new(&FittedMasking::of(params))),
-                ),
-            };
-        Self { set, channels: channels.map(ChannelConstants::new), maskings }
+        let lobes = material.lobes().iter();
+        let maskings = match kind {
+            MaskingKind::Exact => BatchMaskings::Exact(
+                lobes
+                    .map(|lobe| Sgd::new(lobe.alpha(), lobe.p(), Accuracy::Table))
+                    .map(|sgd| TabulatedG1::new(&sgd))
+                    .collect(),
+            ),
+            MaskingKind::Fitted => BatchMaskings::Fitted(
+                lobes.map(|lobe| FittedG1::new(&FittedMasking::of(lobe))).collect(),
+            ),
+        };
+        Self { set: InstructionSet::widest(), constants: Constants::new(material), maskings }
     }
 
     /// The same on another instruction set; on the widest where this machine lacks it.
@@ -113,14 +108,14 @@ impl SgdBatch {
 
     /// Every factor of f for one pair, with the bits of [`Self::eval`].
     #[must_use]
-    pub fn terms(&self, wi: Vec3, wo: Vec3) -> [Terms; 3] {
+    pub fn terms(&self, wi: Vec3, wo: Vec3) -> Terms {
         dispatch::pair(self.set, self, wi, wo)
     }
 
-    /// The factors against one angle θ with the given cosine and sine ≥ 0; Λ = 1/G1 − 1 in f32.
+    /// The factors of each lobe against one angle θ with the given cosine and sine ≥ 0; Λ = 1/G1 − 1 in f32.
     #[must_use]
-    pub fn factors(&self, cos_theta: f32, sin_theta: f32) -> [Factors; 3] {
-        dispatch::factors(self.set, self, cos_theta, sin_theta)
+    pub fn curves(&self, cos_theta: f32, sin_theta: f32) -> Vec<LobeCurves> {
+        dispatch::curves(self.set, self, cos_theta, sin_theta)
     }
 }
 
@@ -137,22 +132,22 @@ mod dispatch {
     per_instruction_set!(eval<A: Fused, baseline Baseline>
     (batch: &SgdBatch, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> () {
         match &batch.maskings {
-            BatchMaskings::Exact(m) => kernel::eval::<A, _>(&batch.channels, m, pairs, out),
-            BatchMaskings::Fitted(m) => kernel::eval::<A, _>(&batch.channels, m, pairs, out),
+            BatchMaskings::Exact(m) => kernel::eval::<A, _>(&batch.constants, m, pairs, out),
+            BatchMaskings::Fitted(m) => kernel::eval::<A, _>(&batch.constants, m, pairs, out),
         }
     });
     per_instruction_set!(pair<A: Fused, baseline Baseline>
-    (batch: &SgdBatch, wi: Vec3, wo: Vec3) -> [Terms; 3] {
+    (batch: &SgdBatch, wi: Vec3, wo: Vec3) -> Terms {
         match &batch.maskings {
-            BatchMaskings::Exact(m) => kernel::pair::<A, _>(&batch.channels, m, wi, wo),
-            BatchMaskings::Fitted(m) => kernel::pair::<A, _>(&batch.channels, m, wi, wo),
+            BatchMaskings::Exact(m) => kernel::pair::<A, _>(&batch.constants, m, wi, wo),
+            BatchMaskings::Fitted(m) => kernel::pair::<A, _>(&batch.constants, m, wi, wo),
         }
     });
-    per_instruction_set!(factors<A: Fused, baseline Baseline>
-    (batch: &SgdBatch, cos: f32, sin: f32) -> [Factors; 3] {
+    per_instruction_set!(curves<A: Fused, baseline Baseline>
+    (batch: &SgdBatch, cos: f32, sin: f32) -> Vec<LobeCurves> {
         match &batch.maskings {
-            BatchMaskings::Exact(m) => kernel::factors::<A, _>(&batch.channels, m, cos, sin),
-            BatchMaskings::Fitted(m) => kernel::factors::<A, _>(&batch.channels, m, cos, sin),
+            BatchMaskings::Exact(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
+            BatchMaskings::Fitted(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
         }
     });
     per_instruction_set!(moments<A: Fused, baseline Fused>

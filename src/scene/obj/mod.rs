@@ -23,7 +23,7 @@ use std::{
 use palette::{LinSrgb, Srgb};
 use tobj::{LoadError, LoadOptions, Material, Model};
 
-use super::{
+use crate::scene::{
     Scene, SceneError, Source,
     build::{self, Surface},
 };

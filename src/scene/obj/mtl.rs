@@ -5,7 +5,7 @@ use std::{collections::HashMap, fs, path::Path};
 use serde_json::{Map, Value, json};
 use tobj::Material;
 
-use super::super::{
+use crate::scene::{
     SceneError,
     build::Parts,
     export::mime,

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use super::{build::Surface, lines::Shading};
+use crate::scene::build::Surface;
+use crate::scene::obj::lines::Shading;
 
 /// A surface before it is merged with others of its group.
 #[derive(Debug)]

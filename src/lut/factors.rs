@@ -1,0 +1,223 @@
+//! The 2D factors of f: the smallest tables of D, G1 and F that keep a tolerance.
+//!
+//! # The promise
+//!
+//! For every pair of directions, |f_lut − f|·cosθi ≤ e·(max over wi of |f|cosθi for that wo +
+//! |f|cosθi), with the texels rounded to their depth and mixed either in f32 or with a texture
+//! unit's 8-bit weights.
+
+use rayon::prelude::*;
+
+use crate::lut::cell_error::CellErrors;
+use crate::lut::probe::Probe;
+use crate::lut::request::WIDTHS;
+use crate::lut::row::{Placed, Rows};
+use crate::lut::search::Sizable;
+use crate::lut::table::{Depth, Filter, Table};
+use crate::lut::term::Term;
+use crate::material::MAX_LOBES;
+
+/// Texels per axis at which a quantity's own error is measured to scale it.
+const REFERENCE_WIDTH: usize = 65;
+/// Beyond so many times the expected width it is rounding, not width, that limits the error.
+const MAX_GROWTH: f64 = 16.0;
+
+/// A material under test: its rows, its exact values, and the places of its probes in the textures.
+pub struct Subject {
+    /// Its row of `ndf` and `masking`.
+    row: usize,
+    /// Its row of `fresnel` for each lobe.
+    fresnel_rows: [usize; MAX_LOBES],
+    /// D(0) of each lobe.
+    ndf_peaks: [f64; MAX_LOBES],
+    /// Exact values.
+    probes: Vec<Probe>,
+    /// The lobes that are stored.
+    visible: [bool; MAX_LOBES],
+    /// Coordinates of each probe.
+    coordinates: Vec<Coordinates>,
+}
+
+/// The coordinates of a probe in `ndf`, `masking` (light and viewer) and `fresnel`.
+struct Coordinates {
+    half: f32,
+    masking: [f32; 2],
+    difference: f32,
+}
+
+impl Subject {
+    /// The subject of a placed material; `None` where nothing of it is stored.
+    #[must_use]
+    pub fn new(rows: &Rows, placed: &Placed, probes: Vec<Probe>) -> Option<Self> {
+        let row = placed.row?;
+        let [ndf, masking, fresnel] = Term::ALL.map(|term| term.warp(rows));
+        let coordinates = probes
+            .iter()
+            .map(|Probe { angles, .. }| Coordinates {
+                half: ndf.coordinate(row, angles.tan2_h) as f32,
+                masking: angles.cot.map(|cot| masking.coordinate(row, cot) as f32),
+                difference: fresnel.coordinate(0, angles.cos_d) as f32,
+            })
+            .collect();
+        Some(Self {
+            row,
+            fresnel_rows: rows.lobes[row].fresnel_rows,
+            ndf_peaks: placed.ndf_peaks(),
+            probes,
+            visible: rows.lobes[row].lobes.each_ref().map(Option::is_some),
+            coordinates,
+        })
+    }
+
+    /// The largest error of f decoded from `tables`; a factor without a table is exact.
+    fn error(&self, tables: &[Table], filter: Filter) -> f64 {
+        let find = |term: Term| tables.iter().find(|table| table.quantity == term.quantity());
+        let tables = Term::ALL.map(find);
+        let probes = self.probes.iter().zip(&self.coordinates);
+        probes.map(|(probe, at)| self.probe_error(probe, at, tables, filter)).fold(0.0, f64::max)
+    }
+
+    fn probe_error(
+        &self,
+        probe: &Probe,
+        at: &Coordinates,
+        [ndf, masking, fresnel]: [Option<&Table>; 3],
+        filter: Filter,
+    ) -> f64 {
+        let value = |table: &Table, row: usize, u: f32| table.value(row, u, self.ndf_peaks, filter);
+        let slope_density = ndf.map(|table| value(table, self.row, at.half));
+        let g1 = masking.map(|table| at.masking.map(|u| value(table, self.row, u)));
+        let inv_cos2 = 1.0 + probe.angles.tan2_h;
+        let mut decoded = [0.0; 3];
+        for (j, exact) in probe.lobes.iter().enumerate().filter(|(j, _)| self.visible[*j]) {
+            let f = fresnel
+                .map_or(exact.fresnel, |table| value(table, self.fresnel_rows[j], at.difference));
+            let d = slope_density.map_or(exact.ndf, |p22| p22[j] * inv_cos2 * inv_cos2);
+            let [g1_i, g1_o] = g1.map_or(exact.g1, |g1| g1.map(|g1| g1[j]));
+            for c in (0..3).filter(|c| exact.scale[*c] > 0.0) {
+                decoded[c] += exact.scale[c] * f[c] * d * g1_i * g1_o;
+            }
+        }
+        (0..3).map(|c| probe.colours[c].error(decoded[c])).fold(0.0, f64::max)
+    }
+
+    /// A bound on the error of f decoded from the tables of these cell errors, over the
+    /// surroundings of every probe.
+    ///
+    /// # Formula
+    ///
+    /// With relative errors δ of D, G1(wi), G1(wo) and an absolute error ε of F,
+    /// |Δf|cosθi ≤ Σ_lobes ρs/(π cosθo) · D G1(wi) G1(wo) ·
+    /// \[|F|·((1+δ_D)(1+δ_i)(1+δ_o) − 1) + ε·(1+δ_D)(1+δ_i)(1+δ_o)\].
+    fn bound(&self, errors: &[(Term, CellErrors)]) -> f64 {
+        let find = |term| errors.iter().find(|(of, _)| *of == term).map(|(_, errors)| errors);
+        let errors = Term::ALL.map(find);
+        let probes = self.probes.iter().zip(&self.coordinates);
+        probes.map(|(probe, at)| self.probe_bound(probe, at, errors)).fold(0.0, f64::max)
+    }
+
+    fn probe_bound(
+        &self,
+        probe: &Probe,
+        at: &Coordinates,
+        [ndf, masking, fresnel]: [Option<&CellErrors>; 3],
+    ) -> f64 {
+        let cell = |errors: Option<&CellErrors>, row: usize, u: f32| {
+            errors.map_or([0.0; 3], |errors| errors.at(row, u))
+        };
+        let ndf = cell(ndf, self.row, at.half);
+        let [g1_i, g1_o] = at.masking.map(|u| cell(masking, self.row, u));
+        let mut difference = [0.0; 3];
+        for (j, exact) in probe.lobes.iter().enumerate().filter(|(j, _)| self.visible[*j]) {
+            let fresnel = cell(fresnel, self.fresnel_rows[j], at.difference);
+            let grown = (1.0 + ndf[j]) * (1.0 + g1_i[j]) * (1.0 + g1_o[j]);
+            for c in (0..3).filter(|c| exact.scale[*c] > 0.0) {
+                let off = exact.fresnel[c].abs() * (grown - 1.0) + fresnel[c] * grown;
+                difference[c] += exact.scale[c] * exact.ndf * exact.g1[0] * exact.g1[1] * off;
+            }
+        }
+        (0..3).map(|c| probe.colours[c].error_of(difference[c])).fold(0.0, f64::max)
+    }
+}
+
+/// A bound on the error of f over all subjects, decoded from `tables` of `terms`.
+fn bound(subjects: &[Subject], rows: &Rows, terms: &[Term], tables: &[Table]) -> f64 {
+    let errors = |(term, table): (&Term, &Table)| (*term, CellErrors::new(*term, table, rows));
+    let errors: Vec<(Term, CellErrors)> = terms.iter().zip(tables).map(errors).collect();
+    subjects.par_iter().map(|subject| subject.bound(&errors)).reduce(|| 0.0, f64::max)
+}
+
+/// The largest error of f measured over all subjects.
+#[must_use]
+pub fn measure(subjects: &[Subject], tables: &[Table], filters: &[Filter]) -> f64 {
+    let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
+    let of_subject = |subject: &Subject| {
+        filters.iter().map(|filter| subject.error(&tables, *filter)).fold(0.0, f64::max)
+    };
+    subjects.par_iter().map(of_subject).reduce(|| 0.0, f64::max)
+}
+
+/// The tables of some factors, in search of their sizes.
+pub struct Factors<'a> {
+    rows: &'a Rows,
+    terms: &'a [Term],
+    /// The widths at which interpolation alone would keep the aim.
+    widths: Vec<f64>,
+}
+
+impl<'a> Factors<'a> {
+    /// The factors of `terms`, of widths about right for `tolerance` at the subjects' probes.
+    #[must_use]
+    pub fn new(rows: &'a Rows, terms: &'a [Term], subjects: &[Subject], tolerance: f64) -> Self {
+        let aim = Self::AIMS[0] * tolerance;
+        Self { rows, terms, widths: expected_widths(rows, terms, subjects, aim) }
+    }
+}
+
+impl Sizable for Factors<'_> {
+    type Tables = Vec<Table>;
+    type Probe = Subject;
+    const AIMS: &'static [f64] = &[0.95];
+
+    fn largest_growth(&self) -> Option<f64> {
+        let widest = self.widths.iter().copied().fold(0.0, f64::max);
+        Some(MAX_GROWTH.min(*WIDTHS.end() as f64 / widest))
+    }
+
+    fn build(&self, growth: f64, depth: Depth) -> Vec<Table> {
+        let table = |(term, width): (&Term, &f64)| {
+            term.tabulate(self.rows, admissible(width * growth), depth)
+        };
+        self.terms.iter().zip(&self.widths).map(table).collect()
+    }
+
+    fn measure(&self, tables: &Vec<Table>, subjects: &[Subject]) -> f64 {
+        measure(subjects, tables, &[Filter::Fetched, Filter::Hardware])
+    }
+
+    fn bound(&self, tables: &Vec<Table>, subjects: &[Subject]) -> f64 {
+        bound(subjects, self.rows, self.terms, tables)
+    }
+}
+
+/// The widths with the least sum whose interpolation errors add up to `tolerance`.
+///
+/// # Derivation
+///
+/// Linear interpolation over n texels errs by c_q/n², c_q measured at a reference width. The sum
+/// Σ n_q under Σ c_q/n_q² = e is least for n_q = √(C/e)·c_q^{1/3}, C = Σ c_q^{1/3}.
+fn expected_widths(rows: &Rows, terms: &[Term], subjects: &[Subject], tolerance: f64) -> Vec<f64> {
+    let cube_root = |term: &Term| {
+        let table = term.tabulate(rows, REFERENCE_WIDTH, Depth::Float);
+        let error = bound(subjects, rows, &[*term], &[table]);
+        (error * (REFERENCE_WIDTH - 1).pow(2) as f64).cbrt()
+    };
+    let roots: Vec<f64> = terms.iter().map(cube_root).collect();
+    let sum: f64 = roots.iter().sum();
+    roots.iter().map(|root| 1.0 + (sum / tolerance).sqrt() * root).collect()
+}
+
+/// The whole number of texels that a texture may have, nearest above `width`.
+fn admissible(width: f64) -> usize {
+    (width.ceil() as usize).clamp(*WIDTHS.start(), *WIDTHS.end())
+}

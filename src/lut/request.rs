@@ -1,0 +1,99 @@
+//! The order of a bake: quantities, masking, size or tolerance, number format; and the accepted
+//! ranges of each.
+
+use crate::brdf::MaskingKind;
+use crate::lut::error::BakeError;
+use crate::lut::quantity::Quantity;
+use crate::lut::table::Depth;
+
+/// Texels along the first axis that a texture may have: what GPUs take.
+pub const WIDTHS: std::ops::RangeInclusive<usize> = 2..=16384;
+
+/// Rows that a texture may have.
+pub const MAX_ROWS: usize = 16384;
+
+/// Tolerances that a bake accepts.
+pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-6..=0.5;
+
+/// Texels along an axis of a 3D texture.
+pub const VOLUME_WIDTHS: std::ops::RangeInclusive<usize> = 2..=512;
+
+/// The order of a bake.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// The quantities, one texture each.
+    pub quantities: Vec<Quantity>,
+    /// Which masking is stored.
+    pub masking: MaskingKind,
+    /// How large the textures become.
+    pub extent: Extent,
+    /// The texels' number format.
+    pub depths: Depths,
+}
+
+impl Request {
+    /// Returns true if a quantity is asked for.
+    #[must_use]
+    pub fn wants(&self, quantity: Quantity) -> bool {
+        self.quantities.contains(&quantity)
+    }
+
+    /// The tolerance, if one was asked for.
+    #[must_use]
+    pub fn tolerance(&self) -> Option<f64> {
+        match self.extent {
+            Extent::Size(_) => None,
+            Extent::Tolerance(tolerance) => Some(tolerance),
+        }
+    }
+
+    /// Refuses what no bake can do.
+    ///
+    /// # Errors
+    ///
+    /// A size or a tolerance out of range, or a quantity that its depth cannot hold.
+    pub fn check(&self) -> Result<(), BakeError> {
+        let integers = self.depths == Depths::Only(Depth::Unorm16);
+        let unbounded = self.quantities.iter().find(|quantity| !quantity.fits_a_range());
+        if let (true, Some(quantity)) = (integers, unbounded) {
+            return Err(BakeError::Range(*quantity));
+        }
+        match self.extent {
+            Extent::Size(found) if !WIDTHS.contains(&found) => Err(BakeError::Size { found }),
+            Extent::Tolerance(found) if !TOLERANCES.contains(&found) => {
+                Err(BakeError::Tolerance { found })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// How large textures become.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Extent {
+    /// So many texels along every axis that is not a row.
+    Size(usize),
+    /// As few as keep this error.
+    Tolerance(f64),
+}
+
+/// Which number formats a bake may use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Depths {
+    /// The smallest that keeps the tolerance; half for a fixed size.
+    #[default]
+    Smallest,
+    /// This one.
+    Only(Depth),
+}
+
+impl Depths {
+    /// The depths to try, in that order.
+    #[must_use]
+    pub fn candidates(&self) -> &[Depth] {
+        match self {
+            Self::Smallest => &[Depth::Half, Depth::Float],
+            Self::Only(depth) => std::slice::from_ref(depth),
+        }
+    }
+}

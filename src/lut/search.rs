@@ -1,0 +1,114 @@
+//! The search for the smallest tables that keep a tolerance, and its verification.
+
+use crate::lut::error::BakeError;
+use crate::lut::request::Depths;
+use crate::lut::table::Depth;
+
+/// Sizes are tried in steps of this factor.
+const STEP: f64 = 1.09;
+
+/// Tables of one quantity or several whose size is searched.
+pub trait Sizable: Sync {
+    /// The tables.
+    type Tables;
+    /// A point at which the tables are held against exact values.
+    type Probe;
+
+    /// Shares of the tolerance that a search aims at, in this order; below 1 by what changes between
+    /// one set of probes and the next.
+    const AIMS: &'static [f64];
+
+    /// The largest growth that textures have room for; `None` if none has.
+    fn largest_growth(&self) -> Option<f64>;
+
+    /// The tables of the expected size times `growth`.
+    fn build(&self, growth: f64, depth: Depth) -> Self::Tables;
+
+    /// The largest error of the tables measured at the probes.
+    fn measure(&self, tables: &Self::Tables, probes: &[Self::Probe]) -> f64;
+
+    /// The error that the search holds against its aim: measured, or bounded where a bound is known.
+    fn bound(&self, tables: &Self::Tables, probes: &[Self::Probe]) -> f64 {
+        self.measure(tables, probes)
+    }
+}
+
+/// The smallest tables that keep `tolerance` at the probes, in the first of the depths that can.
+///
+/// # Errors
+///
+/// [`BakeError::NotReached`] with the best error, where the largest tables do not keep it.
+pub fn smallest<S: Sizable>(
+    sizable: &S,
+    probes: &[S::Probe],
+    tolerance: f64,
+    depths: Depths,
+) -> Result<S::Tables, BakeError> {
+    let mut best = f64::INFINITY;
+    let largest = sizable.largest_growth().ok_or(BakeError::NotReached { tolerance, best })?;
+    for aim in S::AIMS {
+        for depth in depths.candidates() {
+            let mut keeps = |growth: f64| {
+                let tables = sizable.build(growth, *depth);
+                let error = sizable.bound(&tables, probes);
+                best = best.min(error);
+                (error <= aim * tolerance).then_some(tables)
+            };
+            if let Some(tables) = least(largest, &mut keeps) {
+                return Ok(tables);
+            }
+        }
+    }
+    Err(BakeError::NotReached { tolerance, best })
+}
+
+/// The result for the smallest growth in steps of [`STEP`], at most `largest`, that `keeps`
+/// accepts: first doubled until accepted, then halved in between.
+fn least<T>(largest: f64, keeps: &mut impl FnMut(f64) -> Option<T>) -> Option<T> {
+    let (mut refused, mut accepted) = (0.25, largest.min(1.0));
+    let mut result = keeps(accepted);
+    while result.is_none() && accepted < largest {
+        refused = accepted;
+        accepted = (2.0 * accepted).min(largest);
+        result = keeps(accepted);
+    }
+    let mut result = result?;
+    while accepted / refused > STEP {
+        let middle = (accepted * refused).sqrt();
+        match keeps(middle) {
+            Some(better) => (accepted, result) = (middle, better),
+            None => refused = middle,
+        }
+    }
+    Some(result)
+}
+
+/// The tables that a search finds at the probes it has `seen`, with their largest error there and at
+/// probes that the search has not seen; where these refuse the tables, they count in the next search.
+///
+/// # Errors
+///
+/// Those of the search, or [`BakeError::NotReached`] after the last one.
+pub fn verified<T, P>(
+    tolerance: Option<f64>,
+    mut seen: Vec<P>,
+    unseen: impl Fn(usize) -> Vec<P>,
+    search: impl Fn(&[P]) -> Result<T, BakeError>,
+    measure: impl Fn(&T, &[P]) -> f64,
+) -> Result<(T, f64), BakeError> {
+    const SEARCHES: usize = 4;
+    let mut round = 0;
+    loop {
+        let unseen = unseen(round);
+        let found = search(&seen)?;
+        let error = measure(&found, &seen).max(measure(&found, &unseen));
+        round += 1;
+        match tolerance {
+            Some(tolerance) if error > tolerance && round == SEARCHES => {
+                return Err(BakeError::NotReached { tolerance, best: error });
+            }
+            Some(tolerance) if error > tolerance => seen.extend(unseen),
+            _ => return Ok((found, error)),
+        }
+    }
+}

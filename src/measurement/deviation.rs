@@ -1,0 +1,67 @@
+//! How far a stored reflectance is from the one it was made of.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::DVec3;
+use serde::Serialize;
+
+use crate::brdf::Reflectance;
+use crate::measurement::half_difference::HalfDifference;
+
+/// Relative errors Σ|Δf|/Σf, the sums over the colours, at pairs that no table has nodes at.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Deviation {
+    /// Pairs compared.
+    pub pairs: usize,
+    /// Half of the errors are at most this.
+    pub median: f64,
+    /// 95 % of the errors are at most this.
+    pub percentile_95: f64,
+    /// The largest.
+    pub largest: f64,
+}
+
+/// Pairs that are compared.
+const PAIRS: usize = 20_000;
+
+/// cos 80°: nearer to the horizon no measurement is reliable.
+const LEAST_COSINE: f64 = 0.173_648_177_666_930_33;
+
+impl Deviation {
+    /// The errors of `stored` against `exact`, at pairs up to 80° from the normal whose half
+    /// vectors are dense towards it, as √θh is spread evenly. `None` where no pair reflects.
+    #[must_use]
+    pub fn of(stored: &dyn Reflectance, exact: &dyn Reflectance) -> Option<Self> {
+        let (mut f, mut g) = (vec![[0.0; 3]; PAIRS], vec![[0.0; 3]; PAIRS]);
+        let pairs: Vec<[DVec3; 2]> = (0..).filter_map(pair).take(PAIRS).collect();
+        stored.eval_all(&pairs, &mut f);
+        exact.eval_all(&pairs, &mut g);
+        let sum = |f: [f64; 3]| f.into_iter().sum::<f64>();
+        let mut errors: Vec<f64> = f
+            .into_iter()
+            // What is negative is stored as 0.
+            .zip(g.into_iter().map(|g| g.map(|g| g.max(0.0))))
+            .filter(|(f, g)| f.iter().chain(g).all(|x| x.is_finite()) && sum(*g) > 0.0)
+            .map(|(f, g)| sum([0, 1, 2].map(|c| (f[c] - g[c]).abs())) / sum(g))
+            .collect();
+        errors.sort_by(f64::total_cmp);
+        let at = |share: f64| errors[((errors.len() - 1) as f64 * share) as usize];
+        (!errors.is_empty()).then(|| Self {
+            pairs: errors.len(),
+            median: at(0.5),
+            percentile_95: at(0.95),
+            largest: at(1.0),
+        })
+    }
+}
+
+/// The n-th of a sequence of pairs that fills (√θh, θd, φd) evenly, if it is high enough.
+fn pair(n: u32) -> Option<[DVec3; 2]> {
+    // Roberts' generalised golden ratios in three dimensions.
+    const STEPS: [f64; 3] =
+        [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
+    let [h, d, phi] = STEPS.map(|step| (0.5 + step * f64::from(n)).fract());
+    let angles =
+        HalfDifference { theta_h: FRAC_PI_2 * h * h, theta_d: FRAC_PI_2 * d, phi_d: TAU * phi };
+    Some(angles.directions()).filter(|pair| pair.iter().all(|w| w.z > LEAST_COSINE))
+}

@@ -1,0 +1,70 @@
+//! A mark by which an exported scene is told from one that was edited since: a hash of the
+//! document, kept in the extension of one of its materials.
+
+use crate::asset::EXTENSION;
+use crate::scene::walk;
+
+/// The mark before the hash is known; what stands in its place while it is computed.
+pub(super) const PLACEHOLDER: &str = "0000000000000000";
+
+/// The document, which an export has put the placeholder into, with its hash in that place.
+pub(super) fn mark(text: String) -> String {
+    let placeholder = member(PLACEHOLDER);
+    if text.matches(&placeholder).count() != 1 {
+        return text;
+    }
+    let hash = hash(&text);
+    text.replace(&placeholder, &member(&hash))
+}
+
+/// The mark as it is written, without spaces.
+fn member(mark: &str) -> String {
+    format!(r#""document":"{mark}""#)
+}
+
+/// Whether a glTF document is an export of sgdbake that nobody edited since; `None` where it
+/// carries no mark. `text` must be valid JSON. Marks of earlier exports may stand in it too.
+#[must_use]
+pub fn is_unedited(text: &str) -> Option<bool> {
+    let marks = marks(text);
+    let fits = |mark: &String| hash(&text.replace(&member(mark), &member(PLACEHOLDER))) == *mark;
+    (!marks.is_empty()).then(|| marks.iter().any(fits))
+}
+
+/// The marks of all materials.
+fn marks(text: &str) -> Vec<String> {
+    let mut marks = Vec::new();
+    walk::visit(text, &mut |member| {
+        if member.parent == Some(EXTENSION) && member.key == "document" {
+            marks.extend(member.text().filter(|mark| !mark.is_empty()));
+        }
+    });
+    marks
+}
+
+/// FNV-1a of 64 bits, in hexadecimal: it guards against mistakes, not against forgers. White space
+/// at the end is padding.
+fn hash(text: &str) -> String {
+    let hash = text.trim_end().bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{hash:016x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_edit_shows() {
+        let text = format!(
+            r#"{{"materials":[{{"extensions":{{"{EXTENSION}":{{"document":"{PLACEHOLDER}"}}}}}}],"x":1.{PLACEHOLDER}}}"#
+        );
+        let marked = mark(text.clone());
+        assert_ne!(marked, text);
+        assert_eq!(is_unedited(&format!("{marked}  ")), Some(true));
+        assert_eq!(is_unedited(&marked.replace("],", "], \"nodes\": [],")), Some(false));
+        assert_eq!(is_unedited(&text), Some(false));
+        assert_eq!(is_unedited("{}"), None);
+    }
+}
