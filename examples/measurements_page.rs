@@ -204,7 +204,7 @@ fn picture(
         [(0, "measured"), (1, "published SGD"), (2, "refit"), (4, "refit’s glTF")];
     const CELL: usize = 150;
     const LABEL: usize = 170;
-    let quality = Quality { size: 2 * CELL, samples: 256, seed: 1 };
+    let quality = Quality { size: CELL, samples: 1024, seed: 1 };
     let (width, height) = (LABEL + COLUMNS.len() * CELL, 30 + SHOWN.len() * (CELL + 24));
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
