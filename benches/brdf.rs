@@ -78,12 +78,7 @@ fn one_lobe() -> Material {
     Material::new("one lobe", [r.rho_d, g.rho_d, b.rho_d], vec![lobe]).expect("in range")
 }
 
-fn batch(
-    bencher: Bencher<'_, '_>,
-    material: &Material,
-    kind: MaskingKind,
-    set: InstructionSet,
-) {
+fn batch(bencher: Bencher<'_, '_>, material: &Material, kind: MaskingKind, set: InstructionSet) {
     let batch = SgdBatch::new(material, kind).with_instruction_set(set);
     let (wi, wo) = (directions(1), directions(2));
     let component = |w: &[DVec3], axis: usize| w.iter().map(|w| w[axis] as f32).collect::<Vec<_>>();

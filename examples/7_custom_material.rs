@@ -3,8 +3,8 @@
 // An example shows what it found.
 #![allow(clippy::print_stdout)]
 
-use sgdbake::brdf::{MaskingKind, SgdBrdf};
 use sgdbake::brdf::albedo::directional_albedo;
+use sgdbake::brdf::{MaskingKind, SgdBrdf};
 use sgdbake::material::parse;
 
 const FILE: &str = r#"

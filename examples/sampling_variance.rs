@@ -78,9 +78,8 @@ fn variance_table() {
             let [vndf, ggx, narrow] =
                 samplers.each_ref().map(|sampler| noise(albedo, |u| shared(sampler, wo, u)));
             let separate = noise(albedo, |u| std::array::from_fn(|c| shared(&own[c], wo, u)[c]));
-            let published = noise(albedo, |u| {
-                [0, 1, 2].map(|c| published_sample(&brdf, c, c, wo, u).printed)
-            });
+            let published =
+                noise(albedo, |u| [0, 1, 2].map(|c| published_sample(&brdf, c, c, wo, u).printed));
             let cells =
                 [vndf, separate, ggx, narrow, published].map(|[second_moment, largest, cost]| {
                     format!("{second_moment:.3} ({largest:.3}) {cost:.0}")

@@ -258,8 +258,7 @@ fn specular_orange_phenolic_b_is_the_sharpest() {
 fn pink_fabric_g_is_all_but_beckmann() {
     assert_sound("pink-fabric", Channel::G);
     let params = find("pink-fabric").expect("in the catalogue").channels[1];
-    let [sgd, beckmann] =
-        [params.p, 0.0].map(|p| Sgd::new(params.alpha, p, Accuracy::Reference));
+    let [sgd, beckmann] = [params.p, 0.0].map(|p| Sgd::new(params.alpha, p, Accuracy::Reference));
     for cot in [0.01, 0.3, 1.0, 3.0] {
         assert_close(sgd.g1(cot), beckmann.g1(cot), 1e-13, "G1");
         assert_close(sgd.ndf(cot), beckmann.ndf(cot), 1e-13, "D");

@@ -6,6 +6,7 @@
 use glam::DVec3;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use rayon::prelude::*;
 use sgdbake::brdf::{MaskingKind, Reflectance, SgdBrdf};
 use sgdbake::lut::attack::attack;
 use sgdbake::lut::decode::{Lookup, LutBrdf, VolumeBrdf};
@@ -13,7 +14,6 @@ use sgdbake::lut::probe::{Probe, probes};
 use sgdbake::lut::{
     BakeError, Baked, Depth, Depths, Extent, Proof, Quantity, Request, Table, bake,
 };
-use rayon::prelude::*;
 use sgdbake::material::{LobeFields, LobeParams, Material, catalog};
 use sgdbake::microfacet::Accuracy;
 
@@ -56,7 +56,8 @@ fn lobe() -> impl Strategy<Value = LobeParams> {
     let p = prop_oneof![Just(0.0), 0.0..2.0, 2.0..6.0];
     (log_uniform(1e-6, 3.0), p, colour(1e-4, 5.0), fresnel(), fresnel()).prop_map(
         |(alpha, p, rho_s, f0, f1)| {
-            LobeParams::new(LobeFields { alpha, p, masking: None, rho_s, f0, f1 }).expect("in range")
+            LobeParams::new(LobeFields { alpha, p, masking: None, rho_s, f0, f1 })
+                .expect("in range")
         },
     )
 }

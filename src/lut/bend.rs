@@ -120,7 +120,8 @@ fn masking(mixture: &BeckmannMixture, s: f64, u: Interval, c: Interval) -> Inter
     let a = |c: f64| projected(mixture, c);
     let ends = [(u[0], from), (u[1], to)];
     let b = ends.map(|(u, c)| if u < 1.0 { (1.0 - u) * a(c) } else { s });
-    let b_slope = ends.map(|(_, c)| if c.is_finite() { a_slope(mixture, c) * (c + s) - a(c) } else { s });
+    let b_slope =
+        ends.map(|(_, c)| if c.is_finite() { a_slope(mixture, c) * (c + s) - a(c) } else { s });
     // b is convex: above its tangents, below its chord.
     let width = u[1] - u[0];
     let fall = (b[0] + b_slope[0] * width).min(b[0]).max((b[1] - b_slope[1] * width).min(b[1]));
@@ -128,7 +129,8 @@ fn masking(mixture: &BeckmannMixture, s: f64, u: Interval, c: Interval) -> Inter
     let ratio = |slope: f64| between(slope / least_b, slope / b[0].max(b[1]));
     let [low, high] = hull(ratio(b_slope[0]), ratio(b_slope[1]));
     let largest_square = low.abs().max(high.abs()).powi(2);
-    let least_square = if low < 0.0 && high > 0.0 { 0.0 } else { low.abs().min(high.abs()).powi(2) };
+    let least_square =
+        if low < 0.0 && high > 0.0 { 0.0 } else { low.abs().min(high.abs()).powi(2) };
     let curvature = curvature(mixture, s, c);
     let least_a = a(from);
     let largest_a = if to.is_finite() { a(to) } else { f64::INFINITY };

@@ -156,7 +156,10 @@ impl Cells<'_> {
         let smooth = match self.bends.over(self.row, c, u) {
             Some(bend) => {
                 let [low, high] = bend.map(|bend| bend / (cells * cells));
-                [-largest_of_parabola(rounding.map(|r| -r), -low), largest_of_parabola(rounding, high)]
+                [
+                    -largest_of_parabola(rounding.map(|r| -r), -low),
+                    largest_of_parabola(rounding, high),
+                ]
             }
             None => self.sampled(c, u, exact, stored),
         };

@@ -359,7 +359,8 @@ impl<'a> Covering<'a> {
         let of_lights = below(lights);
         let mut floor: [f64; 3] = std::array::from_fn(|c| whole[c].max(of_lights[c]));
         // Where f changes its sign another light is the brightest.
-        if at.1 > LIGHT_HALVINGS && (0..3).any(|c| of_lights[c] < 0.7 * whole[c] || floor[c] == 0.0) {
+        if at.1 > LIGHT_HALVINGS && (0..3).any(|c| of_lights[c] < 0.7 * whole[c] || floor[c] == 0.0)
+        {
             let own = below(self.brightest(at));
             floor = std::array::from_fn(|c| floor[c].max(own[c]));
         }
@@ -407,7 +408,8 @@ impl<'a> Covering<'a> {
         /// A variation that counts as all of it.
         const MAX_SPREAD: f64 = 4.0;
         let lobes = &factors[..self.brdf.lobes.len()];
-        let spread = |k: usize| lobes.iter().map(|f| f.spread[k].min(MAX_SPREAD)).fold(0.0, f64::max);
+        let spread =
+            |k: usize| lobes.iter().map(|f| f.spread[k].min(MAX_SPREAD)).fold(0.0, f64::max);
         let angles = |cos: Interval| cos[0].clamp(0.0, 1.0).acos() - cos[1].clamp(0.0, 1.0).acos();
         let [tan_low, tan_high] = ranges.tan2.map(f64::sqrt);
         let view = angles(ranges.cos_o);
@@ -416,9 +418,8 @@ impl<'a> Covering<'a> {
         let azimuth = 2.0 * tan_high.atan().sin() * PI * (turn[1] - turn[0]);
         let light = (spread(1) + angles(ranges.cos_d)) / (view + half + azimuth);
         let scores = [spread(2) + view * (1.0 + light), spread(0) + half * light, azimuth * light];
-        let splittable = |side: &usize| {
-            part.at[*side].1 < MAX_HALVINGS && !(part.beyond && *side == 1)
-        };
+        let splittable =
+            |side: &usize| part.at[*side].1 < MAX_HALVINGS && !(part.beyond && *side == 1);
         let side = (0..3).filter(splittable).max_by(|a, b| scores[*a].total_cmp(&scores[*b]))?;
         /// Where factors vary by less, halving a part changes its bound by less than is of use.
         const SMALLEST: f64 = 1.5e-2;
@@ -475,7 +476,8 @@ impl Factors {
         let g1 = ranges.cot_i.map(|cot| lobe.g1(cot));
         let v = visibility(lobe, ranges);
         let product = |k: usize| FRAC_1_PI * density[k] * g1[k] * v[k];
-        let log_ratio = |[low, high]: Interval| if low > 0.0 { (high / low).ln() } else { f64::INFINITY };
+        let log_ratio =
+            |[low, high]: Interval| if low > 0.0 { (high / low).ln() } else { f64::INFINITY };
         Self {
             product: [product(0), product(1)],
             fresnel: lobe.fresnel.map(|fresnel| fresnel.range_over(ranges.cos_d)),

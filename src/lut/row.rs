@@ -130,7 +130,8 @@ impl Row {
 /// depends on. Neither name nor diffuse colour is among them, nor ρs but for its shares.
 #[must_use]
 pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; MAX_LOBES]) -> Vec<u64> {
-    let totals = [0, 1, 2].map(|c| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum::<f64>());
+    let totals =
+        [0, 1, 2].map(|c| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum::<f64>());
     let of_lobe = |(lobe, visible): (&LobeParams, bool)| -> Vec<u64> {
         if !visible {
             return vec![0];
