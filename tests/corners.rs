@@ -23,7 +23,7 @@ fn corners() -> Vec<Material> {
     };
     let mut corners = Vec::new();
     for alpha in [1e-8, 1e-3, 1.0, 100.0] {
-        for p in [0.0, 1e-300, 1.0, 20.0] {
+        for p in [0.0, 1e-300, 1.0, 10.0] {
             for (rho_s, f0, f1) in
                 [(1e4, 1e4, -1e4), (1e4, -1e4, 1e4), (1e-4, 0.5, 0.0), (0.0, 0.0, 0.0)]
             {
@@ -31,7 +31,7 @@ fn corners() -> Vec<Material> {
             }
         }
     }
-    corners.push(vec![lobe(1e-8, 20.0, 1e4, 1e4, 0.0), lobe(100.0, 0.0, 1e-4, -1e4, 1e4)]);
+    corners.push(vec![lobe(1e-8, 10.0, 1e4, 1e4, 0.0), lobe(100.0, 0.0, 1e-4, -1e4, 1e4)]);
     let material = |(i, lobes): (usize, Vec<LobeParams>)| {
         let rho_d = [0.0, 1e4, 1e-300].map(|rho_d| if i % 2 == 0 { rho_d } else { 0.2 });
         Material::new(format!("corner {i}"), rho_d, lobes).expect("in range")

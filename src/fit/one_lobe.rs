@@ -56,8 +56,7 @@ pub fn fit(material: &Material, family: Family) -> OneLobeFit {
 #[must_use]
 pub fn fit_target(target: &Target, family: Family, metric: Metric) -> OneLobeFit {
     let search = Search::new(target, family, metric);
-    let finer = target.polish();
-    let polish = Search::new(finer, family, metric);
+    let polish = Search::new(target.polish(), family, metric);
     let scan = search.scan([0, 1, 2].map(|c| published(&target.material, c)));
     let joint = polish.descend_jointly(&search.joint(&scan));
     let channels = std::array::from_fn(|c| {
@@ -344,6 +343,7 @@ mod tests {
                     [[0.0; UNKNOWNS], [0.0, 0.0, 9.0, 0.0, 9.0], [0.0, 0.3, 1e-3, 5.0, 1e-3]]
                 {
                     let (other, other_joint) = from(start);
+                    // The first unknown is ln α.
                     assert!((other[0] - channel[0]).abs() < 1e-3, "{name} {start:?}");
                     assert!((other_joint[0] - joint[0]).abs() < 1e-3, "{name} {start:?}");
                 }

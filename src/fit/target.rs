@@ -100,7 +100,7 @@ impl Resolution {
 
     /// The nodes of a fit's residual, more than a fit is made on: on its own nodes a fit is up to
     /// a fifth nearer than it is.
-    pub const JUDGED: Self = Self { theta_h: 48, theta_d: 8, phi_d: 5 };
+    pub const JUDGED: Self = Self { theta_h: 72, theta_d: 8, phi_d: 5 };
 }
 
 impl Target {
