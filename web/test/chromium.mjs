@@ -37,8 +37,3 @@ export async function openModule(context, module, name) {
   return page;
 }
 
-/** Floats from the page's base64. */
-export function floats(base64) {
-  const bytes = Buffer.from(base64, 'base64');
-  return new Float32Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
-}

@@ -97,3 +97,25 @@ export function frameTime(material, size, frames) {
 }
 
 export {MeshPhysicalMaterial, renderer, scene};
+
+/** What the materials of a glTF became. */
+export async function describe(json) {
+  return (await loadMaterials(json)).map(describeMaterial);
+}
+
+/** The same of a GLB, base64. */
+export async function describeGlb(data) {
+  const bytes = Uint8Array.from(atob(data), c => c.charCodeAt(0));
+  const loader = new GLTFLoader().register(parser => new SGDMaterialsPlugin(parser));
+  const gltf = await loader.parseAsync(bytes.buffer, '');
+  const found = [];
+  gltf.scene.traverse(({material}) => { if (material) found.push(describeMaterial(material)); });
+  return found;
+}
+
+const describeMaterial = material => ({
+  exact: material.isMeshSGDMaterial === true,
+  type: material.type,
+  colour: material.color.toArray(),
+  parameters: material.parameters ?? null,
+});
