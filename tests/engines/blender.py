@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws glTF materials in Blender's Cycles, as its glTF importer makes them.
 
-    python blender.py MATERIALS.json OUT [--size 48] [--suns 15,40,70,110,140] [--environment FILE.hdr --samples 1024]
+    python blender.py MATERIALS.json OUT [--size 48] [--suns 15,40,70,110,140] [--environment FILE.hdr --samples 1024] [--keep]
 
 With the bpy module of PyPI, 4.5. The arguments and the files written are those of draw.mjs. The ball is one
 small facet per pixel, tangent to the ball at the pixel's centre, seen by a ray through that centre; nothing casts a
@@ -118,8 +118,12 @@ def main():
     parser.add_argument("--suns", default="15,40,70,110,140")
     parser.add_argument("--environment", type=Path)
     parser.add_argument("--samples", type=int, default=1024)
+    parser.add_argument("--keep", action="store_true", help="draw only what OUT does not hold yet")
     options = parser.parse_args()
-    materials = json.loads(options.materials.read_text())
+    materials = [entry for entry in json.loads(options.materials.read_text())
+                 if not (options.keep and (options.out / f"{entry['label']}.f32").is_file())]
+    if not materials:
+        return
     scene = stage(options.size)
     shaders = imported(materials)
     ball = bpy.data.objects.new("ball", facets(options.size))

@@ -1,12 +1,13 @@
 // Draws glTF materials in an engine, in headless Chromium.
 //
-//   node draw.mjs ENGINE MATERIALS.json OUT [--size 48] [--suns 15,40,70,110,140] [--environment FILE.hdr] [--turn DEGREES]
+//   node draw.mjs ENGINE MATERIALS.json OUT [--size 48] [--suns 15,40,70,110,140] [--environment FILE.hdr] [--turn DEGREES] [--keep]
 //
 // ENGINE is three, babylon, khronos or filament. MATERIALS.json is a list of {"label", "material"}, the material as in
 // a glTF file's `materials`. Writes OUT/LABEL.f32: for each sun, then for the environment, size · size · 3 floats
 // (little-endian; rows upwards; linear radiance under a sun of irradiance pi, so that white facing it is 1).
+// --keep draws only what OUT does not hold yet.
 import { createServer } from "node:http";
-import { mkdirSync, readFileSync, renameSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, readFileSync, renameSync, writeFileSync } from "node:fs";
 import { dirname, extname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { parseArgs } from "node:util";
@@ -33,6 +34,7 @@ const { values: options, positionals } = parseArgs({
     suns: { type: "string", default: "15,40,70,110,140" },
     environment: { type: "string" },
     turn: { type: "string" },
+    keep: { type: "boolean", default: false },
   },
 });
 const [engine, list, out] = positionals;
@@ -40,6 +42,10 @@ if (!out || !["three", "babylon", "khronos", "filament"].includes(engine)) {
   console.error("usage: node draw.mjs three|babylon|khronos|filament MATERIALS.json OUT [--size N] [--suns A,B,…] [--environment FILE.hdr]");
   process.exit(2);
 }
+
+const picture = (label) => join(out, `${label}.f32`);
+const entries = JSON.parse(readFileSync(list, "utf8")).filter(({ label }) => !(options.keep && existsSync(picture(label))));
+if (entries.length === 0) process.exit(0);
 
 // The Khronos viewer filters its environment when it starts: 7 minutes and more in software. Under suns, where the
 // environment is black, the smallest maps do; under an environment, only its lookup table is made smaller (1024 wide).
@@ -92,16 +98,15 @@ try {
   const size = Number(options.size), suns = options.suns.split(",").filter(Boolean).map((degrees) => (Number(degrees) * Math.PI) / 180);
   const name = await page.evaluate((o) => window.page.init(o), { size, environment: options.environment && "/environment.hdr", turn: (Number(options.turn ?? TURNS[engine]) * Math.PI) / 180 });
   mkdirSync(out, { recursive: true });
-  for (const { label, material } of JSON.parse(readFileSync(list, "utf8"))) {
+  for (const { label, material } of entries) {
     const encoded = await page.evaluate(async ([m, s]) => {
       const bytes = (await window.page.draw(m, s)).map((p) => new Uint8Array(p.buffer, p.byteOffset, p.byteLength));
       let text = "";
       for (const b of bytes) for (let k = 0; k < b.length; k += 8192) text += String.fromCharCode(...b.subarray(k, k + 8192));
       return btoa(text);
     }, [material, suns]);
-    const path = join(out, `${label}.f32`);
-    writeFileSync(path + ".tmp", Buffer.from(encoded, "base64"));
-    renameSync(path + ".tmp", path);
+    writeFileSync(`${picture(label)}.tmp`, Buffer.from(encoded, "base64"));
+    renameSync(`${picture(label)}.tmp`, picture(label));
   }
   console.log(name);
 } finally {

@@ -39,11 +39,6 @@ class SunPixels:
         pictures = np.fromfile(path, "<f4").reshape(-1, size, size, 3)
         return np.vstack([picture[mask] for picture, mask in zip(pictures, self.masks)]).astype(float)
 
-    def read_environment(self, path, size=SIZE):
-        """The picture after those under suns, size x size x 3; None if the file has none."""
-        pictures = np.fromfile(path, "<f4").reshape(-1, size, size, 3)
-        return pictures[-1].astype(float) if len(pictures) > len(self.masks) else None
-
     def radiance(self, f):
         """Under suns of irradiance pi."""
         return np.pi * self.wi[:, 2:] * f

@@ -22,10 +22,10 @@ def exact(binary, name, wi, wo):
         lines = subprocess.run([str(binary), "--quiet", "eval", "--material", name, "--pairs", file.name, "--json"],
                                check=True, text=True, stdout=subprocess.PIPE).stdout.splitlines()
     pairs = [json.loads(line) for line in lines]
-    return np.array([pair["brdf"] if "brdf" in pair else [pair[c]["brdf"] for c in "rgb"] for pair in pairs])
+    return np.array([[pair[c]["brdf"] for c in "rgb"] for pair in pairs])  # of one lobe or several alike
 
 
-def under_environment(binary, name, panorama, size, samples=2048):
+def under_environment(binary, name, panorama, size, samples=1024):
     """Radiance of the ball by `sgdbake preview`, size x size x 3, rows upwards: the middle ninth of each pixel."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ball.exr"
