@@ -46,7 +46,7 @@ fn audit_finds_what_white_paint_breaks() {
 #[test]
 fn the_laws_hold_at_the_ends_of_the_accepted_ranges() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for (alpha, p) in [(1e-8, 0.0), (1e-8, 20.0), (0.12, 20.0), (100.0, 0.0), (100.0, 20.0)] {
+    for (alpha, p) in [(1e-8, 0.0), (1e-8, 10.0), (0.12, 10.0), (100.0, 0.0), (100.0, 10.0)] {
         let path = folder.path().join("far.toml");
         let channel =
             format!("rho_d = 0.1\nrho_s = 0.2\nalpha = {alpha}\np = {p}\nf0 = 0.1\nf1 = 0\n");

@@ -215,7 +215,8 @@ mod tests {
                         largest = largest.max(second.abs());
                     }
                 }
-                assert!(widest < 0.3 * largest, "{} {term:?}: {widest}", entry.material.name);
+                // A constant Fresnel term bends nowhere: both are 0.
+                assert!(widest <= 0.3 * largest, "{} {term:?}: {widest}", entry.material.name);
             }
         }
     }
