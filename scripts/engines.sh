@@ -1,18 +1,27 @@
 #!/usr/bin/env bash
-# Draws the catalogue's glTF materials in three.js, Babylon.js, Filament, the Khronos viewer and Blender, and writes
-# docs/engines.md. Needs Node.js, Debian's chromium, Python 3.11 and a release build; takes about 10 minutes.
+# Draws the catalogue's glTF materials of both editions in three.js, Babylon.js, Filament, the Khronos viewer and Blender,
+# and writes docs/engines.md. Needs Node.js, Debian's chromium, Python 3.11 and a release build of these sources.
 #
-#   scripts/engines.sh                       both editions, suns and environment: docs/engines.md
+#   scripts/engines.sh                       docs/engines.md
 #   scripts/engines.sh FOLDER LIST.json …    other lists of {"label", "material", "name"}: to standard output
 #
-# FOLDER keeps the pictures. SGDBAKE_BIN names the binary, MEASURED the folder of networks, ENVIRONMENT an .hdr panorama
-# (none: suns only), ENGINES a choice of the engines.
+# The catalogue's pictures stay in $PICTURES (target/engines), and only materials whose numbers changed are drawn again:
+# delete the folder after a change of an engine or of a page. All of it takes about 15 minutes on two idle cores, one
+# edition anew about half of that, the page alone 2 minutes. FOLDER keeps the pictures of other lists.
+# SGDBAKE_BIN names the binary, MEASURED the folder of networks, ENVIRONMENT an .hdr panorama, under which three.js,
+# Babylon.js and Blender draw every eighth material (none: suns only), ENGINES a choice of the engines.
 set -euo pipefail
 root="$(cd "$(dirname "$0")/.." && pwd)"
 here="$root/tests/engines"
 binary="${SGDBAKE_BIN:-$root/target/release/sgdbake}"
 measured="${MEASURED:-$root/../shared/measured}"
+panorama="${ENVIRONMENT-$root/../shared/models/royal_esplanade_1k.hdr}"
+engines="${ENGINES:-three babylon filament khronos blender}"
 [ -x "$binary" ] || { echo "engines: $binary is not built (cargo build --release)" >&2; exit 1; }
+if [ -n "$panorama" ] && [ ! -f "$panorama" ]; then
+  echo "engines: $panorama is absent: suns only" >&2
+  panorama=""
+fi
 
 [ -d "$here/node_modules" ] || npm --prefix "$here" ci
 python="$root/.venv-bpy45/bin/python"
@@ -20,32 +29,39 @@ python="$root/.venv-bpy45/bin/python"
 "$python" -c 'import skimage, OpenEXR' 2>/dev/null ||
   "$python" -m pip install --quiet --disable-pip-version-check scikit-image OpenEXR
 
+# draw ENGINE LIST FOLDER [OPTION …]
+draw() {
+  case "$1" in
+    blender) "$python" "$here/blender.py" "$2" "$3/blender" "${@:4}" | { grep '^Blender [0-9]' || true; } ;;
+    *) node "$here/draw.mjs" "$1" "$2" "$3/$1" "${@:4}" ;;
+  esac
+}
+
+scratch="$(mktemp -d)"
+trap 'rm -rf "$scratch"' EXIT
 if [ $# -gt 0 ]; then
   folder="$1"; shift
   lists=("$@")
-  output=()
+  keep=() output=() bright=("${lists[@]}")
 else
-  folder="$(mktemp -d)"
-  trap 'rm -rf "$folder"' EXIT
-  lists=("$folder/published.json")
-  "$python" "$here/materials.py" "$binary" >"${lists[0]}"
-  if "$python" "$here/materials.py" "$binary" --refit >"$folder/refit.json" 2>/dev/null; then
-    lists+=("$folder/refit.json")
-  else
-    echo "engines: no refitted edition in this build" >&2
-  fi
-  output=(-o "$root/docs/engines.md")
+  folder="${PICTURES:-$root/target/engines}"
+  lists=("$scratch/published.json" "$scratch/refit.json")
+  "$python" "$here/materials.py" --check "$binary" >"${lists[0]}"
+  "$python" "$here/materials.py" --check "$binary" --refit >"${lists[1]}"
+  mkdir "$scratch/eighth"
+  bright=("$scratch/eighth/published.json" "$scratch/eighth/refit.json")
+  "$python" "$here/materials.py" --every 8 >"${bright[0]}"
+  "$python" "$here/materials.py" --every 8 --refit >"${bright[1]}"
+  keep=(--keep) output=(-o "$root/docs/engines.md")
 fi
-environment=()
-[ -z "${ENVIRONMENT:-}" ] || environment=(--environment "$ENVIRONMENT")
-for list in "${lists[@]}"; do
-  pictures="$folder/$(basename "$list" .json)"
-  for engine in ${ENGINES:-three babylon filament khronos blender}; do
-    case "$engine" in
-      blender) "$python" "$here/blender.py" "$list" "$pictures/blender" "${environment[@]}" | grep '^Blender [0-9]' ;;
-      filament) node "$here/draw.mjs" filament "$list" "$pictures/filament" ;; # reads no .hdr
-      *) node "$here/draw.mjs" "$engine" "$list" "$pictures/$engine" "${environment[@]}" ;;
-    esac
+
+for engine in $engines; do
+  for list in "${lists[@]}"; do
+    draw "$engine" "$list" "$folder/$(basename "$list" .json)" "${keep[@]}"
+  done
+  case "$engine" in filament | khronos) continue ;; esac # the first reads no .hdr, the second filters it too slowly
+  [ -z "$panorama" ] || for list in "${bright[@]}"; do
+    draw "$engine" "$list" "$folder/$(basename "$list" .json)/environment" --suns "" --environment "$panorama" "${keep[@]}"
   done
 done
-"$python" "$here/report.py" "$binary" "$folder" "${lists[@]}" --measured "$measured" "${environment[@]}" "${output[@]}"
+"$python" "$here/report.py" "$binary" "$folder" "${lists[@]}" --measured "$measured" ${panorama:+--environment "$panorama"} "${output[@]}"

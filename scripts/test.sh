@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every test, and sets up what they need inside the checkout: Python packages in .venv*,
-# npm packages in tests/js/node_modules. Needs a Rust toolchain, Python 3.11 and Node.js.
+# npm packages in tests/js/node_modules and tests/engines/node_modules. Needs a Rust toolchain, Python 3.11 and Node.js.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -23,6 +23,9 @@ scripts/test-lut.sh
 
 step "Measurement files: Mitsuba reads and renders them"
 scripts/test-measurement.sh
+
+step "Engines: their forms, three materials' pictures"
+scripts/test-engines.sh
 
 if [ -x scripts/setup-blender.sh ]; then
   step "Blender"
