@@ -124,8 +124,11 @@ fn engines() -> String {
     text
 }
 
+/// The distance of one model under the suns.
+type SunsOf = fn(&DirectFits) -> f64;
+
 fn variants() -> String {
-    let rows: [(&str, fn(&DirectFits) -> f64); 4] = [
+    let rows: [(&str, SunsOf); 4] = [
         ("one lobe or two that colour all channels (the refit)", |fits| fits.refit.suns),
         ("the same without the limit on energy", |fits| fits.free.suns),
         ("one lobe that colours all channels", |fits| fits.one_lobe.suns),

@@ -3,6 +3,9 @@
 //!
 //! Some materials a run; `SGDBAKE_ATTACKS=2000` takes as many, and prints what it found.
 
+// What it counted is its result.
+#![allow(clippy::print_stdout)]
+
 use glam::DVec3;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};

@@ -1,32 +1,43 @@
 //! `sgdbake fit`: the best fits, how far they are and how far they look.
 
+use std::path::{Path, PathBuf};
+
 use clap::ValueEnum;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
+use crate::cli::measured;
 use crate::cli::output::Output;
-use crate::cli::selection::Materials;
+use crate::cli::selection::Subjects;
 use sgdbake::brdf::{Brdf, OneLobe, Reflectance};
 use sgdbake::fit::gltf::GltfFit;
 use sgdbake::fit::mixture::{MAX_COMPONENTS, MixtureFit, Objective};
 use sgdbake::fit::one_lobe::OneLobeFit;
 use sgdbake::fit::target::Residuals;
-use sgdbake::fit::{Metric, Reason, Target, gltf, mixture, one_lobe};
+use sgdbake::fit::{
+    Metric, Reason, Target, gltf, gltf_measured, mixture, one_lobe, one_lobe_measured,
+};
 use sgdbake::material::Material;
+use sgdbake::measurement::Filled;
 use sgdbake::microfacet::Family;
 use sgdbake::report::appearance::{Appearance, ReferenceBall, evaluation_ns};
+use sgdbake::report::distance::Distance;
+use sgdbake::report::surface::{Surface, evaluated};
 
 /// Fits simpler models to materials and prints their parameters, residuals, the colour difference
 /// of a ball under one light, and what an evaluation costs.
+///
+/// Of a measurement, each model is fitted to the measurement itself, and beside that to the SGD
+/// material that is fitted to it.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  sgdbake fit --material gold-paint --model ggx,gltf\n  sgdbake fit --all --model mixture --components 8 --json"
+    after_help = "Example:\n  sgdbake fit --material gold-paint --model ggx,gltf\n  sgdbake fit --all --model mixture --components 8 --json\n  sgdbake fit --measured paint.binary --model gltf --json"
 )]
 pub struct Arguments {
     #[command(flatten)]
-    materials: Materials,
+    subjects: Subjects,
     /// The models to fit
     #[arg(
         long,
@@ -84,8 +95,41 @@ impl From<ObjectiveChoice> for Objective {
 #[serde(untagged)]
 enum Fit {
     OneLobe(Box<OneLobeFit>),
+    Joint(Box<JointFit>),
     Mixture(MixtureFit),
     Gltf(GltfFit),
+}
+
+/// One lobe of one width, fitted to a measurement.
+#[derive(Clone, Debug, Serialize)]
+struct JointFit {
+    joint: OneLobe,
+    joint_residuals: Residuals,
+    reasons: Vec<Reason>,
+}
+
+/// What a fit is made to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum FittedTo {
+    Measurement,
+    Sgd,
+}
+
+/// How far a fit is from a measurement.
+#[derive(Serialize)]
+struct AgainstMeasurement<'a> {
+    fitted_to: FittedTo,
+    distance: Distance,
+    /// The fit to the SGD material of the measurement, where `fitted_to` is the measurement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    of_sgd: Option<OfSgd<'a>>,
+}
+
+#[derive(Serialize)]
+struct OfSgd<'a> {
+    fit: &'a Fit,
+    distance: Distance,
 }
 
 /// A material's fit in one model.
@@ -96,20 +140,24 @@ struct Line<'a> {
     model: &'static str,
     fit: &'a Fit,
     appearance: Vec<Appearance>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    measured: Option<AgainstMeasurement<'a>>,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials = arguments.materials.load(output)?;
-    let progress = output.progress(materials.len() as u64, "fitting");
-    let studies: Vec<Study<'_>> = materials
-        .par_iter()
-        .map(|material| {
-            let study = Study::new(material, arguments);
-            progress.inc(1);
-            study
-        })
-        .collect();
+    let subjects = &arguments.subjects;
+    let materials = subjects.materials(output)?;
+    let count = materials.len() + subjects.measured.len();
+    let progress = output.progress(count as u64, "fitting");
+    let of_material = |material: &Material| Ok(Study::of_material(material, arguments));
+    let of_measurement = |path: &PathBuf| Study::of_measurement(path, arguments);
+    let step = |_: &Result<Study, Failure>| progress.inc(1);
+    let studies = materials.par_iter().map(of_material).inspect(step);
+    let mut studies: Vec<Study> = studies.collect::<Result<_, _>>()?;
+    // One after the other: each may take as much memory as two of its files.
+    let measured = subjects.measured.iter().map(of_measurement).inspect(step);
+    studies.extend(measured.collect::<Result<Vec<_>, _>>()?);
     progress.finish_and_clear();
     if !arguments.json {
         output.line(HEADER)?;
@@ -117,11 +165,23 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     studies.iter().try_for_each(|study| study.print(arguments.json, output))
 }
 
-/// A material's fits and their pictures.
-struct Study<'a> {
-    material: &'a Material,
+/// The fits to a material or a measurement, and their pictures.
+struct Study {
+    name: String,
     pairs: Vec<[DVec3; 2]>,
-    fits: Vec<(Model, Fit, Vec<Pictured>)>,
+    fits: Vec<Fitted>,
+    /// The SGD material of a measurement.
+    sgd: Option<Distance>,
+}
+
+/// A fit in one model.
+struct Fitted {
+    model: Model,
+    fit: Fit,
+    pictured: Vec<Pictured>,
+    fitted_to: FittedTo,
+    /// The fit to the SGD material of a measurement, beside that to the measurement.
+    of_sgd: Option<(Fit, Vec<Pictured>)>,
 }
 
 /// A reflectance of a fit, and how different its ball is.
@@ -130,48 +190,114 @@ struct Pictured {
     reflectance: Box<dyn Reflectance + Send>,
     residuals: Residuals,
     delta_e: [f64; 2],
+    /// From a measurement.
+    distance: Option<Distance>,
 }
 
 /// Every so many of the target's pairs is evaluated for the time of an evaluation.
 const TIMED: usize = 4;
 
-impl<'a> Study<'a> {
-    fn new(material: &'a Material, arguments: &Arguments) -> Self {
+impl Study {
+    fn of_material(material: &Material, arguments: &Arguments) -> Self {
         let target = Target::new(material);
         let ball = ReferenceBall::new(material);
         let fit = |model: &Model| {
             let fit = model.fit(&target, arguments.components, arguments.objective.into());
-            let pictured = fit.reflectances(material);
-            let pictured = pictured.into_iter().map(|(of, residuals, reflectance)| {
-                let delta_e = ball.delta_e(&*reflectance);
-                Pictured { of, reflectance, residuals, delta_e }
-            });
-            (*model, fit.clone(), pictured.collect())
+            let pictured = fit.pictured(material, &ball, None);
+            Fitted { model: *model, fit, pictured, fitted_to: FittedTo::Sgd, of_sgd: None }
         };
         let fits = arguments.model.iter().map(fit).collect();
-        let pairs = target.pairs.iter().step_by(TIMED).map(|pair| [pair.wi, pair.wo]).collect();
-        Self { material, pairs, fits }
+        Self { name: material.name.clone(), pairs: timed(&target), fits, sgd: None }
+    }
+
+    fn of_measurement(path: &Path, arguments: &Arguments) -> Result<Self, Failure> {
+        let (measurement, surface, sgd) = measured::surface_and_fit(path)?;
+        let material = &sgd.material;
+        let target = Target::new(material);
+        let ball = ReferenceBall::of(&Filled(&measurement.averaged()));
+        let fit = |model: &Model| {
+            let of_sgd = model.fit(&target, arguments.components, arguments.objective.into());
+            let of_sgd = (of_sgd.pictured(material, &ball, Some(&surface)), of_sgd);
+            let (fitted_to, (pictured, fit), of_sgd) = match model.fit_measured(&surface) {
+                Some(fit) => {
+                    let pictured = fit.pictured(material, &ball, Some(&surface));
+                    let (of_pictured, of_fit) = of_sgd;
+                    (FittedTo::Measurement, (pictured, fit), Some((of_fit, of_pictured)))
+                }
+                None => (FittedTo::Sgd, of_sgd, None),
+            };
+            Fitted { model: *model, fit, pictured, fitted_to, of_sgd }
+        };
+        Ok(Self {
+            name: material.name.clone(),
+            pairs: timed(&target),
+            fits: arguments.model.iter().map(fit).collect(),
+            sgd: Some(surface.reference.distance(&evaluated(material))),
+        })
     }
 
     fn print(&self, json: bool, output: &mut Output) -> Result<(), Failure> {
-        for (model, fit, pictured) in &self.fits {
-            let appearance: Vec<Appearance> =
-                pictured.iter().map(|pictured| pictured.appearance(&self.pairs)).collect();
-            let (material, model) = (self.material.name.as_str(), model.name());
-            if json {
-                let schema = "sgdbake/fit/1";
-                output.json(&Line { schema, material, model, fit, appearance })?;
-                continue;
-            }
-            for (pictured, appearance) in pictured.iter().zip(&appearance) {
-                output.line(row(material, model, pictured, appearance))?;
-            }
-            output.line(format!("{:>24} {}", "", fit.parameters()))?;
-            for reason in fit.reasons() {
-                output.line(format!("{:>24} {reason}", ""))?;
+        self.fits.iter().try_for_each(|fitted| fitted.print(self, json, output))?;
+        if json { Ok(()) } else { self.print_distances(output) }
+    }
+
+    /// The distances of all models from a measurement.
+    fn print_distances(&self, output: &mut Output) -> Result<(), Failure> {
+        let Some(sgd) = &self.sgd else { return Ok(()) };
+        output.line("")?;
+        output.line(measured::ERRORS)?;
+        output.line(measured::error_row("SGD", sgd))?;
+        for fitted in &self.fits {
+            let direct = fitted.pictured.iter().map(|pictured| (pictured, fitted.fitted_to));
+            let of_sgd = fitted.of_sgd.iter().flat_map(|(_, pictured)| pictured);
+            for (pictured, to) in direct.chain(of_sgd.map(|pictured| (pictured, FittedTo::Sgd))) {
+                let Some(distance) = &pictured.distance else { continue };
+                let name = fitted.model.name();
+                let row = match to {
+                    FittedTo::Measurement => name.to_owned(),
+                    FittedTo::Sgd => format!("{name}, {} of SGD", pictured.of),
+                };
+                output.line(measured::error_row(&row, distance))?;
             }
         }
         Ok(())
+    }
+}
+
+/// The pairs that evaluations are timed on.
+fn timed(target: &Target) -> Vec<[DVec3; 2]> {
+    target.pairs.iter().step_by(TIMED).map(|pair| [pair.wi, pair.wo]).collect()
+}
+
+impl Fitted {
+    fn print(&self, study: &Study, json: bool, output: &mut Output) -> Result<(), Failure> {
+        let Self { model, fit, pictured, .. } = self;
+        let appearance: Vec<Appearance> =
+            pictured.iter().map(|pictured| pictured.appearance(&study.pairs)).collect();
+        let (material, model) = (study.name.as_str(), model.name());
+        if json {
+            let (schema, measured) = ("sgdbake/fit/1", self.against_measurement());
+            return output.json(&Line { schema, material, model, fit, appearance, measured });
+        }
+        for (pictured, appearance) in pictured.iter().zip(&appearance) {
+            output.line(row(material, model, pictured, appearance))?;
+        }
+        output.line(format!("{:>24} {}", "", fit.parameters()))?;
+        for reason in fit.reasons() {
+            output.line(format!("{:>24} {reason}", ""))?;
+        }
+        Ok(())
+    }
+
+    fn against_measurement(&self) -> Option<AgainstMeasurement<'_>> {
+        // The last reflectance of a fit is the one with a single width, which engines take.
+        let distance = |pictured: &[Pictured]| pictured.last()?.distance;
+        let of_sgd = self
+            .of_sgd
+            .as_ref()
+            .and_then(|(fit, pictured)| Some(OfSgd { fit, distance: distance(pictured)? }));
+        let distance = distance(&self.pictured)?;
+        Some(AgainstMeasurement { fitted_to: self.fitted_to, distance, of_sgd })
     }
 }
 
@@ -216,11 +342,46 @@ impl Model {
             Self::Gltf => Fit::Gltf(gltf::fit_target(target, Metric::default())),
         }
     }
+
+    /// The fit to a measurement itself; none of a mixture, which describes an SGD lobe.
+    fn fit_measured(self, surface: &Surface) -> Option<Fit> {
+        let residuals = |fit: &dyn Reflectance| surface.reference.residuals(fit);
+        let one_lobe = |family| {
+            let joint = one_lobe_measured::fit(&surface.target, family);
+            let joint_residuals = residuals(&joint.brdf());
+            Fit::Joint(Box::new(JointFit { joint, joint_residuals, reasons: Vec::new() }))
+        };
+        match self {
+            Self::Beckmann => Some(one_lobe(Family::Beckmann)),
+            Self::Ggx => Some(one_lobe(Family::Ggx)),
+            Self::Mixture => None,
+            Self::Gltf => {
+                let material = gltf_measured::fit(&surface.target).material;
+                let residuals = residuals(&material);
+                Some(Fit::Gltf(GltfFit { material, residuals, reasons: Vec::new() }))
+            }
+        }
+    }
 }
 
 type Named = (&'static str, Residuals, Box<dyn Reflectance + Send>);
 
 impl Fit {
+    /// Each reflectance that the fit offers, with its picture and its distance from a surface.
+    fn pictured(
+        &self,
+        material: &Material,
+        ball: &ReferenceBall,
+        surface: Option<&Surface>,
+    ) -> Vec<Pictured> {
+        let pictured = |(of, residuals, reflectance): Named| {
+            let delta_e = ball.delta_e(&*reflectance);
+            let distance = surface.map(|surface| surface.reference.distance(&*reflectance));
+            Pictured { of, reflectance, residuals, delta_e, distance }
+        };
+        self.reflectances(material).into_iter().map(pictured).collect()
+    }
+
     /// Each reflectance that the fit offers.
     fn reflectances(&self, material: &Material) -> Vec<Named> {
         match self {
@@ -228,6 +389,7 @@ impl Fit {
                 ("per channel", fit.per_channel_residuals, Box::new(fit.per_channel.brdf())),
                 ("joint", fit.joint_residuals, Box::new(fit.joint.brdf())),
             ],
+            Self::Joint(fit) => vec![("joint", fit.joint_residuals, Box::new(fit.joint.brdf()))],
             Self::Mixture(fit) => {
                 let brdf = Brdf::of_mixture(material, &fit.mixture);
                 vec![("mixture", fit.residuals, Box::new(brdf))]
@@ -239,6 +401,7 @@ impl Fit {
     fn reasons(&self) -> &[Reason] {
         match self {
             Self::OneLobe(fit) => &fit.reasons,
+            Self::Joint(fit) => &fit.reasons,
             Self::Mixture(fit) => &fit.reasons,
             Self::Gltf(fit) => &fit.reasons,
         }
@@ -252,6 +415,7 @@ impl Fit {
                 let [r, g, b] = alpha(&fit.per_channel);
                 format!("alpha {r:.4} {g:.4} {b:.4}; joint {:.4}", fit.joint.channels[0].alpha)
             }
+            Self::Joint(fit) => format!("alpha {:.4}", fit.joint.channels[0].alpha),
             Self::Mixture(fit) => {
                 let numbers = |digits: usize, numbers: &[f64]| -> String {
                     let texts: Vec<String> =

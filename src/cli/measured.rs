@@ -42,7 +42,7 @@ pub fn is_named_so(path: &Path) -> bool {
 /// A file that is no measurement, or one that nothing can be fitted to.
 pub fn fitted(path: &Path, output: &Output) -> Result<(Surface, SurfaceFit), Failure> {
     let start = Instant::now();
-    let (surface, fit) = surface_and_fit(path)?;
+    let (_, surface, fit) = surface_and_fit(path)?;
     output.note(format_args!(
         "note: {} was fitted in {:.1} s, {} and {:.2} ΔE2000 from the measurement; \
          'sgdbake measure' keeps the fit in a file",
@@ -57,18 +57,18 @@ pub fn fitted(path: &Path, output: &Output) -> Result<(Surface, SurfaceFit), Fai
     Ok((surface, fit))
 }
 
-/// The surface of a measurement file and the material that is fitted to it.
+/// A measurement, its surface and the material that is fitted to it.
 ///
 /// # Errors
 ///
 /// As [`fitted`].
-pub fn surface_and_fit(path: &Path) -> Result<(Surface, SurfaceFit), Failure> {
+pub fn surface_and_fit(path: &Path) -> Result<(Measurement, Surface, SurfaceFit), Failure> {
     let measurement = read(path)?;
     let surface =
         Surface::new(&measurement.averaged()).map_err(|error| unfit(path, &error.into()))?;
     let fit =
         surface.fit(&name(path), Options::default()).map_err(|error| unfit(path, &error.into()))?;
-    Ok((surface, fit))
+    Ok((measurement, surface, fit))
 }
 
 /// The failure of a measurement that no material can be fitted to.

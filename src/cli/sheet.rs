@@ -6,23 +6,26 @@ use rayon::prelude::*;
 
 use crate::cli::failure::Failure;
 use crate::cli::file_names::file_names;
+use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::preview::environment;
-use crate::cli::selection::Materials;
+use crate::cli::selection::Subjects;
 use sgdbake::material::Material;
 use sgdbake::preview::Environment;
-use sgdbake::report::sheet::{Page, page};
+use sgdbake::report::sheet::{Page, measured_page, page};
 use sgdbake::report::sheet_page::index;
 
 /// Writes the sheet of each material: parameters, pictures of the material and of its best fits
 /// with the differences, lobes, distribution, Fresnel, masking, albedo and audit.
+///
+/// Of a measurement, every model is fitted to it and compared with it.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  sgdbake sheet --material alum-bronze --material chrome -o sheets"
+    after_help = "Example:\n  sgdbake sheet --material alum-bronze --material chrome -o sheets\n  sgdbake sheet --measured paint.binary -o sheets"
 )]
 pub struct Arguments {
     #[command(flatten)]
-    materials: Materials,
+    subjects: Subjects,
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -35,13 +38,15 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
-    let materials = arguments.materials.load(output)?;
-    let names = materials.iter().map(|material| material.name.as_str());
-    let files = file_names(names, ["", ".html"], &[INDEX]);
+    let materials = arguments.subjects.materials(output)?;
+    let measured = arguments.subjects.measured.iter().map(|path| measured::name(path));
+    let names: Vec<String> =
+        materials.iter().map(|material| material.name.clone()).chain(measured).collect();
+    let files = file_names(names.iter().map(String::as_str), ["", ".html"], &[INDEX]);
     let path = |file: &str| arguments.output.join(file);
     let paths: Vec<PathBuf> = files.iter().map(|file| path(file)).chain([path(INDEX)]).collect();
     let inputs: Vec<&Path> =
-        arguments.materials.inputs().chain(arguments.environment.as_deref()).collect();
+        arguments.subjects.inputs().chain(arguments.environment.as_deref()).collect();
     arguments.writing.check(paths.iter().map(PathBuf::as_path), &inputs)?;
     if !arguments.writing.dry_run {
         write(arguments, &materials, &files, output)?;
@@ -62,7 +67,7 @@ fn write(
 ) -> Result<(), Failure> {
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
-    let bar = output.progress(materials.len() as u64, "sheets");
+    let bar = output.progress(files.len() as u64, "sheets");
     let write = |file: &str, html: &str| {
         let file = NewFile::of_bytes(arguments.output.join(file), html);
         arguments.writing.write_all(&[file], &[])
@@ -73,8 +78,19 @@ fn write(
         bar.inc(1);
         Ok(page)
     };
-    let pages: Vec<Page> =
-        materials.par_iter().zip(files).map(finished).collect::<Result<_, Failure>>()?;
+    let (of_materials, of_measurements) = files.split_at(materials.len());
+    let mut pages: Vec<Page> =
+        materials.par_iter().zip(of_materials).map(finished).collect::<Result<_, Failure>>()?;
+    // One after the other: each may take as much memory as two of its files.
+    for (path, file) in arguments.subjects.measured.iter().zip(of_measurements) {
+        let (measurement, surface, fit) = measured::surface_and_fit(path)?;
+        let measured = measurement.averaged();
+        let page = measured_page(&fit.material, &measured, &surface, &environment);
+        let page = page.map_err(Failure::job)?;
+        write(file, &page.html)?;
+        bar.inc(1);
+        pages.push(page);
+    }
     bar.finish_and_clear();
     write(INDEX, &index(files.iter().map(String::as_str).zip(&pages)))
 }

@@ -38,7 +38,13 @@ impl ReferenceBall {
     #[must_use]
     pub fn new(material: &Material) -> Self {
         let exact = SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Picture);
-        Self(under_sun(&exact, KEY_LIGHT, BALL))
+        Self::of(&exact)
+    }
+
+    /// The ball of a reflectance without gaps.
+    #[must_use]
+    pub fn of(reflectance: &dyn Reflectance) -> Self {
+        Self(under_sun(reflectance, KEY_LIGHT, BALL))
     }
 
     /// Mean and largest ΔE2000 of the ball of `reflectance`.

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::brdf::Reflectance;
 use crate::fit::Metric;
-use crate::fit::target::{Pair, Resolution, pairs};
+use crate::fit::target::{Pair, Residuals, Resolution, pairs};
 use crate::preview::ball::{TO_VIEWER, frame, normal_at, pixel_centre};
 
 /// How far a model is from a measurement, over what was measured.
@@ -82,6 +82,46 @@ impl Reference {
             relative,
             lightness,
         }
+    }
+
+    /// √(∫(g(x_model) − g(x))²/∫g(x)²) in each metric g per channel, as a fit to a material states
+    /// its residuals.
+    #[must_use]
+    pub fn residuals(&self, model: &dyn Reflectance) -> Residuals {
+        let values: Vec<[[f64; 3]; 2]> = self.pairs.iter().map(|pair| both(model, pair)).collect();
+        let [cosine, cube_root, log] =
+            Metric::ALL.map(|metric| std::array::from_fn(|c| self.residual(metric, c, &values)));
+        Residuals { cosine, cube_root, log }
+    }
+
+    fn residual(&self, metric: Metric, c: usize, values: &[[[f64; 3]; 2]]) -> f64 {
+        let (mut off, mut total) = (0.0, 0.0);
+        for ((pair, measured), found) in self.pairs.iter().zip(&self.f).zip(values) {
+            for side in (0..2).filter(|side| !measured[*side][c].is_nan()) {
+                let transformed = |f: f64| metric.transform(f, pair.cos_theta[side]).0;
+                let exact = transformed(measured[side][c]);
+                off += pair.weights[side] * (transformed(found[side][c]) - exact).powi(2);
+                total += pair.weights[side] * exact * exact;
+            }
+        }
+        if total > 0.0 { (off / total).sqrt() } else { off.sqrt() }
+    }
+
+    /// ∫∫ |f − f_measured| cosθi cosθo dωi dωo/π² of each channel \[1/sr\].
+    #[must_use]
+    pub fn absolute(&self, model: &dyn Reflectance) -> [f64; 3] {
+        let (mut off, mut weights) = ([0.0; 3], [0.0; 3]);
+        for (pair, measured) in self.pairs.iter().zip(&self.f) {
+            let found = both(model, pair);
+            for (side, c) in (0..2).flat_map(|side| (0..3).map(move |c| (side, c))) {
+                if !measured[side][c].is_nan() {
+                    let weight = pair.weights[side] * pair.cos_theta[side];
+                    off[c] += weight * (found[side][c] - measured[side][c]).abs();
+                    weights[c] += weight;
+                }
+            }
+        }
+        std::array::from_fn(|c| off[c] / weights[c])
     }
 
     fn errors(&self, model: &dyn Reflectance) -> [f64; 3] {

@@ -23,6 +23,8 @@ pub struct Polar {
     pub theta_i: f64,
     /// Lobes, the last on top.
     pub lobes: Vec<Lobe>,
+    /// Points over them, as those of a lobe.
+    pub points: Vec<[f64; 2]>,
 }
 
 /// Radius of the half circle and the origin in the drawing.
@@ -33,7 +35,8 @@ impl Polar {
     /// The drawing as an `svg` element.
     #[must_use]
     pub fn svg(&self) -> String {
-        let radii = self.lobes.iter().flat_map(|lobe| lobe.points.iter().map(|p| p[1]));
+        let curves = self.lobes.iter().map(|lobe| &lobe.points).chain([&self.points]);
+        let radii = curves.flatten().map(|p| p[1]);
         let longest = radii.fold(f64::MIN_POSITIVE, f64::max);
         let mut svg = format!(
             "<svg class=\"polar\" viewBox=\"0 0 200 122\" role=\"img\" aria-label=\"{0}\">\
@@ -62,6 +65,10 @@ impl Polar {
             let _ =
                 write!(svg, "<path class=\"curve {}\" d=\"{}\"/>", lobe.class, path(lobe, longest));
         }
+        for [theta, radius] in &self.points {
+            let [x, y] = place(*theta, radius / longest);
+            let _ = write!(svg, "<circle class=\"mark\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"1.1\"/>");
+        }
         svg + "</svg>"
     }
 }
@@ -86,7 +93,8 @@ mod tests {
     #[test]
     fn the_longest_radius_touches_the_edge() {
         let lobe = Lobe { class: "sgd".into(), points: vec![[0.0, 3.0], [FRAC_PI_2, 1.5]] };
-        let svg = Polar { title: "30°".into(), theta_i: 0.5, lobes: vec![lobe] }.svg();
+        let svg =
+            Polar { title: "30°".into(), theta_i: 0.5, lobes: vec![lobe], points: vec![] }.svg();
         assert!(svg.contains("d=\"M100.0 24.0L146.0 116.0\""), "{svg}");
     }
 }

@@ -4,13 +4,17 @@
 use crate::brdf::batch::SgdBatch;
 use crate::brdf::gltf::GltfBrdf;
 use crate::brdf::{Brdf, MaskingKind, OneLobe, Reflectance, SgdBrdf};
-use crate::fit::{Metric, gltf, one_lobe};
+use crate::fit::target::Residuals;
+use crate::fit::{Metric, gltf, gltf_measured, one_lobe, one_lobe_measured};
 use crate::material::{Material, find};
+use crate::measurement::Filled;
 use crate::microfacet::{Family, OneWidth};
 use crate::preview::film::{DeltaE, FilmError};
 use crate::preview::render::{Quality, drawn_from, render};
 use crate::preview::{Environment, Film, Shape};
 use crate::report::audit::{Audit, audit};
+use crate::report::distance::Distance;
+use crate::report::surface::{Surface, evaluated};
 use crate::report::{sheet_page, sheet_plots};
 
 /// Everything that a sheet shows.
@@ -25,8 +29,20 @@ pub struct Sheet<'a> {
     pub fits: Fits,
     /// The laws and limits.
     pub audit: Audit,
-    /// Pictures of the measured material and of the fits.
+    /// Pictures of the material and of the fits.
     pub pictures: Pictures,
+    /// The measurement that the material was fitted to.
+    pub measured: Option<OfMeasurement<'a>>,
+}
+
+/// A measurement beside the models of a sheet.
+pub struct OfMeasurement<'a> {
+    /// Its values, NaN where there is none.
+    pub reflectance: &'a dyn Reflectance,
+    /// The distances of SGD, Beckmann, GGX and glTF.
+    pub distances: [Distance; 4],
+    /// ∫∫ |f − f_measured| cosθi cosθo dωi dωo/π² of SGD, per channel \[1/sr\].
+    pub absolute: [f64; 3],
 }
 
 /// The best fits that a sheet compares.
@@ -45,9 +61,11 @@ pub struct Fits {
 
 /// Pictures of one ball under the same lights.
 pub struct Pictures {
-    /// The measured material.
-    pub sgd: Film,
-    /// Beckmann, GGX, glTF, each with its difference to the measured material.
+    /// The measurement, or the SGD material where there is none.
+    pub reference: Film,
+    /// SGD beside a measurement.
+    pub sgd: Option<(Film, DeltaE)>,
+    /// Beckmann, GGX, glTF, each with its difference to the reference.
     pub fits: [(Film, DeltaE); 3],
     /// The noise of the pictures.
     pub noise: f64,
@@ -79,11 +97,29 @@ pub const QUALITY: Quality = Quality { size: 160, samples: 96, seed: 1 };
 ///
 /// A picture cannot be encoded.
 pub fn page(material: &Material, environment: &Environment) -> Result<Page, FilmError> {
-    let sheet = Sheet::new(material, environment);
+    finished(&Sheet::new(material, environment))
+}
+
+/// The page of a measurement and the material that was fitted to it: Beckmann, GGX and glTF are
+/// fitted to the measurement too, and everything is compared with it.
+///
+/// # Errors
+///
+/// A picture cannot be encoded.
+pub fn measured_page(
+    material: &Material,
+    measured: &dyn Reflectance,
+    surface: &Surface,
+    environment: &Environment,
+) -> Result<Page, FilmError> {
+    finished(&Sheet::of_measurement(material, measured, surface, environment))
+}
+
+fn finished(sheet: &Sheet<'_>) -> Result<Page, FilmError> {
     Ok(Page {
-        name: material.name.clone(),
-        html: sheet_page::html(&sheet, &sheet_plots::plots(&sheet))?,
-        thumbnail: sheet.pictures.sgd.halved().to_png()?,
+        name: sheet.material.name.clone(),
+        html: sheet_page::html(sheet, &sheet_plots::plots(sheet))?,
+        thumbnail: sheet.pictures.reference.halved().to_png()?,
         delta_e: sheet.pictures.fits.each_ref().map(|(_, difference)| difference.mean),
         gains_energy_from_deg: sheet
             .audit
@@ -105,6 +141,33 @@ impl<'a> Sheet<'a> {
             pictures: Pictures::new(material, &fits, environment),
             audit: audit(material),
             fits,
+            measured: None,
+        }
+    }
+
+    fn of_measurement(
+        material: &'a Material,
+        reflectance: &'a dyn Reflectance,
+        surface: &Surface,
+        environment: &Environment,
+    ) -> Self {
+        let fits = Fits::to_measurement(surface);
+        let sgd = evaluated(material);
+        let [beckmann, ggx, gltf] = fits.reflectances();
+        let models = [&sgd as &dyn Reflectance, beckmann, ggx, gltf];
+        let measured = OfMeasurement {
+            reflectance,
+            distances: models.map(|model| surface.reference.distance(model)),
+            absolute: surface.reference.absolute(&sgd),
+        };
+        Self {
+            material,
+            printed_error: None,
+            sgd: SgdBrdf::new(material, MaskingKind::Exact),
+            pictures: Pictures::of_measurement(material, reflectance, &fits, environment),
+            audit: audit(material),
+            fits,
+            measured: Some(measured),
         }
     }
 }
@@ -121,6 +184,24 @@ impl Fits {
             beckmann: beckmann.per_channel,
             ggx: ggx.per_channel,
             gltf: gltf.material,
+        }
+    }
+
+    /// The fits to a measurement, the lobes with one width for all channels.
+    fn to_measurement(surface: &Surface) -> Self {
+        let [beckmann, ggx] = [Family::Beckmann, Family::Ggx]
+            .map(|family| one_lobe_measured::fit(&surface.target, family));
+        let gltf = gltf_measured::fit(&surface.target).material;
+        let one_lobe = [beckmann.brdf(), ggx.brdf()];
+        let residuals =
+            |model: &dyn Reflectance| -> Residuals { surface.reference.residuals(model) };
+        Self {
+            residuals: [residuals(&one_lobe[0]), residuals(&one_lobe[1]), residuals(&gltf)]
+                .map(|residuals| residuals.in_metric(Metric::default())),
+            one_lobe,
+            beckmann,
+            ggx,
+            gltf,
         }
     }
 
@@ -144,7 +225,27 @@ impl Pictures {
                 (fit.film, difference)
             }),
             noise: sgd.noise,
-            sgd: sgd.film,
+            reference: sgd.film,
+            sgd: None,
         }
+    }
+
+    fn of_measurement(
+        material: &Material,
+        measured: &dyn Reflectance,
+        fits: &Fits,
+        environment: &Environment,
+    ) -> Self {
+        let (sgd, filled) = (SgdBatch::new(material, MaskingKind::Exact), Filled(measured));
+        let [beckmann, ggx, gltf] = fits.reflectances();
+        let models: [&dyn Reflectance; 5] = [&filled, &sgd, beckmann, ggx, gltf];
+        let surface = drawn_from(material);
+        let [reference, models @ ..] =
+            render(&Shape::Ball, environment, &surface, models, QUALITY, &|| ());
+        let [sgd, fits @ ..] = models.map(|model| {
+            let difference = model.film.delta_e(&reference.film);
+            (model.film, difference)
+        });
+        Self { noise: reference.noise, reference: reference.film, sgd: Some(sgd), fits }
     }
 }

@@ -9,6 +9,7 @@ use crate::material::Channel;
 use crate::preview::film::FilmError;
 use crate::report::audit_page;
 use crate::report::chart::{escape, line_key};
+use crate::report::distance::Distance;
 use crate::report::heat;
 use crate::report::number::six_digits;
 use crate::report::parameters;
@@ -32,8 +33,9 @@ pub fn html(sheet: &Sheet<'_>, plots: &Plots) -> Result<String, FilmError> {
         escape(&sheet.material.name)
     );
     body.push_str(&parameters(sheet));
+    body.push_str(&errors(sheet));
     body.push_str(&pictures(sheet)?);
-    body.push_str(&lobes(plots));
+    body.push_str(&lobes(sheet, plots));
     body.push_str(&curves(plots));
     body.push_str(&fits(sheet));
     body.push_str(&audit(sheet));
@@ -60,9 +62,23 @@ fn parameters(sheet: &Sheet<'_>) -> String {
     let row = |(name, row): &(String, parameters::Row)| {
         std::iter::once(name.clone()).chain(row.iter().map(number)).collect()
     };
-    let rows: Vec<Vec<String>> = parameters::rows(sheet.material).iter().map(row).collect();
-    let note = "K and θ0 are recomputed from the other columns; the error is the one that the paper \
-                states. θ0 is in radians.";
+    let mut numbers = parameters::rows(sheet.material);
+    if let Some(measured) = &sheet.measured {
+        // A row for each colour, lobe after lobe.
+        let errors = measured.absolute.iter().cycle();
+        numbers.iter_mut().zip(errors).for_each(|((_, row), error)| row[11] = Some(*error));
+    }
+    let rows: Vec<Vec<String>> = numbers.iter().map(row).collect();
+    let error = match sheet.measured {
+        Some(_) => {
+            "the absolute fitting error of the colour, the mean of |f − measured| weighted by \
+                    both cosines, in 1/sr"
+        }
+        None => "the one that the paper states",
+    };
+    let note = format!(
+        "K and θ0 are recomputed from the other columns; the error is {error}. θ0 is in radians."
+    );
     format!("<h2>Parameters</h2>{}<p class=\"soft\">{note}</p>", table("", &COLUMNS, &rows))
 }
 
@@ -85,13 +101,19 @@ fn table(corner: &str, columns: &[&str], rows: &[Vec<String>]) -> String {
 
 fn pictures(sheet: &Sheet<'_>) -> Result<String, FilmError> {
     let pictures = &sheet.pictures;
-    let mut html = String::from("<h2>Pictures</h2><div class=\"grid4\">");
-    html.push_str(&figure(&pictures.sgd.to_png()?, "SGD, the measured material"));
-    for ((film, _), name) in pictures.fits.iter().zip(FIT_NAMES) {
+    let sgd = pictures.sgd.iter().map(|sgd| ("SGD", sgd));
+    let models: Vec<_> = sgd.chain(FIT_NAMES.into_iter().zip(&pictures.fits)).collect();
+    let (reference, name) = match sheet.measured {
+        Some(_) => ("The measurement", "the measurement"),
+        None => ("SGD, the measured material", "SGD"),
+    };
+    let mut html = format!("<h2>Pictures</h2><div class=\"grid{}\">", models.len() + 1);
+    html.push_str(&figure(&pictures.reference.to_png()?, reference));
+    for (name, (film, _)) in &models {
         html.push_str(&figure(&film.to_png()?, &format!("{name}, best fit")));
     }
-    html.push_str(&scale());
-    for ((film, difference), name) in pictures.fits.iter().zip(FIT_NAMES) {
+    html.push_str(&scale(name));
+    for (name, (film, difference)) in &models {
         let caption =
             format!("{name}: ΔE2000 mean {:.2}, largest {:.1}", difference.mean, difference.max);
         html.push_str(&figure(&heat::png(difference, film.width)?, &caption));
@@ -106,10 +128,36 @@ fn pictures(sheet: &Sheet<'_>) -> Result<String, FilmError> {
     Ok(html)
 }
 
-/// What the colours of the difference maps mean.
-fn scale() -> String {
+/// How far each model is from the measurement.
+fn errors(sheet: &Sheet<'_>) -> String {
+    let Some(measured) = &sheet.measured else { return String::new() };
+    let names = ["SGD", "Beckmann", "GGX", "glTF"];
+    let row = |(name, distance): (&str, &Distance)| {
+        let Distance { suns, highlights, absolute, relative, lightness } = distance;
+        let numbers = [
+            format!("{suns:.2}"),
+            format!("{highlights:.2}"),
+            format!("{absolute:.5}"),
+            format!("{relative:.4}"),
+            format!("{lightness:.4}"),
+        ];
+        std::iter::once(name.to_owned()).chain(numbers).collect()
+    };
+    let rows: Vec<Vec<String>> = names.into_iter().zip(&measured.distances).map(row).collect();
+    let columns = ["ΔE2000 suns", "ΔE2000 highlights", "absolute [1/sr]", "relative", "lightness"];
     format!(
-        "<div class=\"scale\">ΔE2000 against SGD<div class=\"bar\" style=\"background:{}\"></div>\
+        "<h2>Errors against the measurement</h2>{}<p class=\"soft\">Each model is fitted to the \
+         measurement. ΔE2000 is the mean over a ball under five suns, and over its highlights under \
+         small lights; absolute is the mean of |f − measured| weighted by both cosines, relative the \
+         same over the mean of f.</p>",
+        table("", &columns, &rows)
+    )
+}
+
+/// What the colours of the difference maps mean.
+fn scale(reference: &str) -> String {
+    format!(
+        "<div class=\"scale\">ΔE2000 against {reference}<div class=\"bar\" style=\"background:{}\"></div>\
          <div class=\"ends\"><span>0</span><span>{} and above</span></div></div>",
         heat::gradient(),
         heat::SCALE_END
@@ -139,10 +187,11 @@ fn key(entries: &[(&str, &str)]) -> String {
     format!("<div class=\"key\">{entries}</div>")
 }
 
-fn lobes(plots: &Plots) -> String {
+fn lobes(sheet: &Sheet<'_>, plots: &Plots) -> String {
     let mut html = format!(
         "<h2>Lobes in the plane of incidence</h2><p class=\"soft\">The radius is ∛f; the dotted line is \
-         the direction to the light, and the half circle the largest value of its drawing.</p>{}",
+         the direction to the light, and the half circle the largest value of its drawing.{}</p>{}",
+        if sheet.measured.is_some() { " The points are the measurement." } else { "" },
         key(&MODELS)
     );
     for (_, channels) in &plots.lobes {

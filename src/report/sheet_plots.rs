@@ -33,6 +33,10 @@ const INCIDENCES: [f64; 4] = [10.0, 30.0, 50.0, 70.0];
 /// CSS classes of the fits, in the sheet's order.
 const FIT_CLASSES: [&str; 3] = ["beckmann", "ggx", "gltf"];
 
+/// Angles on each side of the normal of a curve, and of the points of a measurement.
+const STEPS: i32 = 240;
+const POINTS: i32 = 35;
+
 const CHART_SIZE: [f64; 2] = [340.0, 240.0];
 
 /// Every plot of a sheet.
@@ -54,30 +58,34 @@ fn lobes(sheet: &Sheet<'_>, theta_deg: f64) -> [String; 3] {
     let models = sheet.fits.reflectances().into_iter().zip(FIT_CLASSES);
     let curves: Vec<(&str, Vec<[f64; 4]>)> = models
         .chain([(&sheet.sgd as &dyn Reflectance, "sgd")])
-        .map(|(model, class)| (class, plane_of_incidence(model, theta_i)))
+        .map(|(model, class)| (class, plane_of_incidence(model, theta_i, STEPS)))
         .collect();
+    let measured = sheet.measured.as_ref();
+    let measured: Vec<[f64; 4]> =
+        measured.map(|of| plane_of_incidence(of.reflectance, theta_i, POINTS)).unwrap_or_default();
     std::array::from_fn(|c| {
         let lobe = |(class, values): &(&str, Vec<[f64; 4]>)| Lobe {
             class: (*class).to_owned(),
             points: values.iter().map(|v| [v[0], v[c + 1].max(0.0).cbrt()]).collect(),
         };
         let title = format!("{} · θi = {theta_deg}°", Channel::ALL[c].name());
-        Polar { title, theta_i, lobes: curves.iter().map(lobe).collect() }.svg()
+        let points = measured.iter().filter(|v| !v[c + 1].is_nan());
+        let points = points.map(|v| [v[0], v[c + 1].max(0.0).cbrt()]).collect();
+        Polar { title, theta_i, lobes: curves.iter().map(lobe).collect(), points }.svg()
     })
 }
 
 /// (θo, f of r, g, b) through the plane of incidence; negative θo on the light's side.
-fn plane_of_incidence(model: &dyn Reflectance, theta_i: f64) -> Vec<[f64; 4]> {
-    const STEPS: i32 = 240;
+fn plane_of_incidence(model: &dyn Reflectance, theta_i: f64, steps: i32) -> Vec<[f64; 4]> {
     let wi = spherical(theta_i, PI);
     // Half steps keep clear of the horizon; the mirror direction is one of them.
     let at = |step: i32| {
-        let theta_o = FRAC_PI_2 * f64::from(step) / f64::from(STEPS + 1);
+        let theta_o = FRAC_PI_2 * f64::from(step) / f64::from(steps + 1);
         let [r, g, b] =
             model.eval(wi, spherical(theta_o.abs(), if theta_o < 0.0 { PI } else { 0.0 }));
         [theta_o, r, g, b]
     };
-    (-STEPS..=STEPS).map(at).collect()
+    (-steps..=steps).map(at).collect()
 }
 
 /// F of each lobe and colour that it reflects.

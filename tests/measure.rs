@@ -1,0 +1,126 @@
+//! `measure` and `--measured` as a user sees them, on files made of known materials.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn sgdbake(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_sgdbake")).args(arguments).output().expect("the binary runs")
+}
+
+/// Runs a command that must end with exit code 0, and gives its stdout.
+fn done(arguments: &[&str]) -> String {
+    let output = sgdbake(arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {message}");
+    String::from_utf8(output.stdout).expect("stdout is text")
+}
+
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&done(arguments)).expect("stdout is JSON")
+}
+
+/// A folder with `coat.binary`, the file of a material with one lobe for all colours.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let material = "name = \"coat\"\nrho_d = [0.3, 0.2, 0.1]\n[[lobe]]\nalpha = 0.1\np = 0.4\n\
+                    rho_s = [0.2, 0.2, 0.2]\nf0 = [0.2, 0.15, 0.1]\nf1 = [0.05, 0.02, 0.01]\n";
+    fs::write(folder.path().join("coat.toml"), material).unwrap();
+    done(&["tabulate", "--material", &at(&folder, "coat.toml"), "-o", &at(&folder, "coat.binary")]);
+    folder
+}
+
+fn at(folder: &tempfile::TempDir, name: &str) -> String {
+    folder.path().join(name).to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_measurement_becomes_a_material_file_that_export_takes() {
+    let folder = folder();
+    let [binary, toml, glb] = ["coat.binary", "fit.toml", "ball.glb"].map(|name| at(&folder, name));
+    let measure = |more: &[&str]| [&["measure", &binary, "-o", &toml], more].concat();
+    done(&measure(&["--dry-run"]));
+    assert!(!Path::new(&toml).exists(), "a dry run writes nothing");
+    let report = json(&measure(&["--json"]));
+    assert_eq!(report["schema"], "sgdbake/measure/1");
+    assert_eq!(report["energy"], "conserve");
+    let suns = report["error"]["suns"].as_f64().unwrap();
+    assert!(suns < 0.2, "{report}");
+    let diffuse = report["material"]["diffuse"][0].as_f64().unwrap();
+    assert!((diffuse - 0.3).abs() < 0.01, "{report}");
+    assert!(report["uncertainty"]["rho_d"][0].as_f64().unwrap() < 0.05, "{report}");
+
+    let text = fs::read_to_string(&toml).unwrap();
+    assert!(text.contains("source = \"coat.binary\""), "{text}");
+    done(&["export", "--shape", "ball", "--assign", &format!("*={toml}"), "-o", &glb]);
+    let scene = fs::read(&glb).unwrap();
+    let scene = String::from_utf8_lossy(&scene);
+    assert!(scene.contains("coat.binary"), "the source of the stated error");
+
+    done(&measure(&["--lobes", "1"]));
+    fs::write(&toml, text.replacen("rho_d = [", "rho_d = [0.5, 0.5, 0.5] # ", 1)).unwrap();
+    let refused = sgdbake(&measure(&[]));
+    assert_eq!(refused.status.code(), Some(1), "an edited file is kept");
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--force"));
+}
+
+#[test]
+fn a_measurement_goes_where_a_material_goes_and_a_note_says_so() {
+    let folder = folder();
+    let binary = at(&folder, "coat.binary");
+    let pair = ["--wi", "0.3,0,1", "--wo=-0.3,0,1", "--json"];
+    let output = sgdbake(&[&["eval", "--material", &binary], &pair[..]].concat());
+    let note = String::from_utf8_lossy(&output.stderr);
+    assert!(note.contains("coat.binary was fitted in") && note.contains("ΔE2000"), "{note}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let exact = json(&[&["eval", "--material", &at(&folder, "coat.toml")], &pair[..]].concat());
+    for colour in ["r", "g", "b"] {
+        let [found, exact] = [&found, &exact].map(|value| value[colour]["brdf"].as_f64().unwrap());
+        assert!((found / exact - 1.0).abs() < 0.02, "{colour}: {found} {exact}");
+    }
+}
+
+#[test]
+fn fit_prints_the_same_object_for_a_measurement() {
+    let folder = folder();
+    let [binary, toml] = ["coat.binary", "coat.toml"].map(|name| at(&folder, name));
+    let fit = |of: &str, path: &str| json(&["fit", of, path, "--model", "gltf", "--json"]);
+    let (measured, material) = (fit("--measured", &binary), fit("--material", &toml));
+    for key in ["schema", "material", "model", "fit", "appearance"] {
+        assert!(measured.get(key).is_some() && material.get(key).is_some(), "{key}: {measured}");
+    }
+    for key in ["base_color", "metallic", "roughness", "residuals", "reasons"] {
+        assert!(measured["fit"].get(key).is_some(), "{key}: {measured}");
+    }
+    let against = &measured["measured"];
+    assert_eq!(against["fitted_to"], "measurement");
+    let [direct, of_sgd] =
+        [against, &against["of_sgd"]].map(|fit| fit["distance"]["suns"].as_f64().unwrap());
+    assert!(direct < of_sgd + 0.3 && direct < 5.0, "{direct} {of_sgd}");
+}
+
+#[test]
+fn what_is_no_measurement_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let letter = at(&folder, "letter.binary");
+    fs::write(&letter, "Dear reader,\n").unwrap();
+    let out = at(&folder, "out.toml");
+    for arguments in [
+        vec!["measure", &letter, "-o", &out],
+        vec!["fit", "--measured", &letter],
+        vec!["sheet", "--measured", &letter, "-o", &out],
+        vec!["eval", "--material", &letter, "--wi", "0,0,1", "--wo", "0,0,1"],
+    ] {
+        let output = sgdbake(&arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {stderr}");
+        assert!(stderr.contains("letter.binary"), "{arguments:?}: {stderr}");
+    }
+    let over_itself = sgdbake(&["measure", &letter, "-o", &letter, "--force"]);
+    assert_ne!(over_itself.status.code(), Some(0));
+    assert_eq!(fs::read_to_string(&letter).unwrap(), "Dear reader,\n");
+}
