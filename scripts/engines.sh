@@ -6,8 +6,8 @@
 #   scripts/engines.sh FOLDER LIST.json …    other lists of {"label", "material", "name"}: to standard output
 #
 # The catalogue's pictures stay in $PICTURES (target/engines), and only materials whose numbers changed are drawn again:
-# delete the folder after a change of an engine or of a page. All of it takes about 15 minutes on two idle cores, one
-# edition anew about half of that, the page alone 2 minutes. FOLDER keeps the pictures of other lists.
+# delete the folder after a change of an engine or of a page.
+# FOLDER keeps the pictures of other lists.
 # SGDBAKE_BIN names the binary, MEASURED the folder of networks, ENVIRONMENT an .hdr panorama, under which three.js,
 # Babylon.js and Blender draw every eighth material (none: suns only), ENGINES a choice of the engines.
 set -euo pipefail
