@@ -38,14 +38,18 @@ fn at(folder: &tempfile::TempDir, name: &str) -> String {
     folder.path().join(name).to_str().unwrap().to_owned()
 }
 
+/// The arguments of `measure`, with more of them.
+fn measure<'a>(binary: &'a str, toml: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["measure", binary, "-o", toml], more].concat()
+}
+
 #[test]
 fn a_measurement_becomes_a_material_file_that_export_takes() {
     let folder = folder();
     let [binary, toml, glb] = ["coat.binary", "fit.toml", "ball.glb"].map(|name| at(&folder, name));
-    let measure = |more: &[&str]| [&["measure", &binary, "-o", &toml], more].concat();
-    done(&measure(&["--dry-run"]));
+    done(&measure(&binary, &toml, &["--dry-run"]));
     assert!(!Path::new(&toml).exists(), "a dry run writes nothing");
-    let report = json(&measure(&["--json"]));
+    let report = json(&measure(&binary, &toml, &["--json"]));
     assert_eq!(report["schema"], "sgdbake/measure/1");
     assert_eq!(report["energy"], "conserve");
     let suns = report["error"]["suns"].as_f64().unwrap();
@@ -61,9 +65,9 @@ fn a_measurement_becomes_a_material_file_that_export_takes() {
     let scene = String::from_utf8_lossy(&scene);
     assert!(scene.contains("coat.binary"), "the source of the stated error");
 
-    done(&measure(&["--lobes", "1"]));
+    done(&measure(&binary, &toml, &["--lobes", "1"]));
     fs::write(&toml, text.replacen("rho_d = [", "rho_d = [0.5, 0.5, 0.5] # ", 1)).unwrap();
-    let refused = sgdbake(&measure(&[]));
+    let refused = sgdbake(&measure(&binary, &toml, &[]));
     assert_eq!(refused.status.code(), Some(1), "an edited file is kept");
     assert!(String::from_utf8_lossy(&refused.stderr).contains("--force"));
 }

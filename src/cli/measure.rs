@@ -216,7 +216,8 @@ impl Fits {
 
     fn print_parameters(&self, output: &mut Output) -> Result<(), Failure> {
         let SurfaceFit { fit, material, .. } = &self.chosen;
-        output.line(format_args!("{:<8} {:>24} {:>24} {:>24}", material.name, "r", "g", "b"))?;
+        output.line(&material.name)?;
+        output.line(format_args!("{:<8} {:>24} {:>24} {:>24}", "", "r", "g", "b"))?;
         output.line(colour("rho_d", fit.model.rho_d, fit.uncertainty.rho_d))?;
         let lobes = fit.model.lobes.iter().zip(&fit.uncertainty.lobes).zip(material.lobes());
         for (j, ((lobe, error), params)) in lobes.enumerate() {
