@@ -65,7 +65,7 @@ fn values_and_densities_are_finite() {
                     let pdf = sampler.pdf(wi, wo);
                     assert!(pdf.is_finite() && pdf >= 0.0, "{name} {kind:?} {wi} {wo}: {pdf}");
                 }
-                assert!(sampler.sample(wi, [0.3, 0.99, 0.7]).is_none_or(glam::DVec3::is_finite));
+                assert!(sampler.sample(wi, [0.3, 0.99, 0.7]).is_none_or(DVec3::is_finite));
             }
         }
     }
