@@ -49,7 +49,7 @@ const END: f64 = 80.0;
 pub enum Verdict {
     /// Every pair of directions keeps the tolerance.
     Kept,
-    /// Around this pair, wi and wo, the bound does not, or not within [`MAX_BOXES`].
+    /// Around this pair, wi and wo, the bound does not, or not within `MAX_BOXES`.
     Broken([DVec3; 2]),
 }
 

@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// The slope density D·cos⁴θh: [`crate::lut::term`].
+    /// The slope density D·cos⁴θh: [`Term::Ndf`](crate::lut::Term::Ndf).
     Ndf,
-    /// Masking G1 against cotθ: [`crate::lut::term`].
+    /// Masking G1 against cotθ: [`Term::Masking`](crate::lut::Term::Masking).
     Masking,
-    /// The Fresnel factor F(cosθd): [`crate::lut::term`].
+    /// The Fresnel factor F(cosθd): [`Term::Fresnel`](crate::lut::Term::Fresnel).
     Fresnel,
     /// The directional albedo of the specular term in three Fresnel terms: [`crate::lut::albedo`].
     Albedo,

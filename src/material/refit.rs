@@ -16,7 +16,7 @@ pub const SUFFIX: &str = "@refit";
 /// A refitted material, and how far both editions are from the measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefitEntry {
-    /// The material, its name ending with [`SUFFIX`].
+    /// The material, its name ending with `@refit`.
     pub material: Material,
     /// The distance of this material.
     pub error: SurfaceError,
