@@ -18,6 +18,7 @@ pub mod factors;
 #[doc(hidden)]
 pub mod probe;
 pub(crate) mod quantity;
+pub(crate) mod range;
 pub(crate) mod request;
 #[doc(hidden)]
 pub mod row;
