@@ -10,7 +10,7 @@ use crate::encode::GENERATOR;
 use crate::fit::sgd::Energy;
 use crate::material::{Material, to_toml};
 
-/// What is known of a material that was fitted to a measurement.
+/// A material that was fitted to a measurement: its distance from it and its direct fits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The measurement's file.
@@ -64,7 +64,7 @@ impl Measured {
         (measured.parameters == mark(material)).then_some(measured.measured)
     }
 
-    /// Whether a material file was written here and its parameters are still those.
+    /// Returns whether a material file was written here and its parameters are still those.
     #[must_use]
     pub fn is_unedited(text: &str, material: &Material) -> bool {
         text.starts_with(FIRST_LINE) && Self::of_text(text, material).is_some()

@@ -80,7 +80,7 @@ pub fn fit(material: &Material, count: usize) -> MixtureFit {
     fit_target(&Target::new(material), count, Objective::default())
 }
 
-/// What a mixture's errors are judged by.
+/// The norm of a mixture's errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Objective {

@@ -246,7 +246,7 @@ fn fill_factors(
     Ok(tables.into_iter().map(|table| noted(table, request, error, proof)).collect())
 }
 
-/// What the tables of the factors promise, material by material.
+/// Returns the promises of the factors' tables, material by material.
 struct Promise<'a> {
     rows: &'a Rows,
     placed: &'a [Placed],
@@ -262,7 +262,7 @@ impl Promise<'_> {
         materials.filter_map(|(s, p)| Subject::new(self.rows, p, s.probes.clone())).collect()
     }
 
-    /// Whether the promise rests on bounds: they are known of all but the published masking fit.
+    /// Returns whether the promise rests on bounds: they are known of all but the published masking fit.
     fn kind(&self) -> Proof {
         let fitted = |row: &Row| row.visible().any(|lobe| lobe.fitted.is_some());
         let masking = self.terms.contains(&Term::Masking);

@@ -1,4 +1,4 @@
-//! What a texture stores, and how a texel becomes a value.
+//! The quantities that textures store, and how a texel becomes a value.
 
 use std::str::FromStr;
 
@@ -28,12 +28,12 @@ pub enum Encoding {
     Identity,
     /// value = factor · eᵗ.
     ExpTimes {
-        /// What the exponential is multiplied by.
+        /// Factor of the exponential.
         factor: Factor,
     },
     /// value = factor · t, per channel.
     Times {
-        /// What a texel of 1 stands for.
+        /// Value of a texel of 1.
         factor: [f64; 3],
     },
 }
@@ -65,7 +65,7 @@ impl FromStr for Quantity {
 }
 
 impl Quantity {
-    /// Whether its texels span a range that 16-bit integers resolve.
+    /// Returns whether its texels span a range that 16-bit integers resolve.
     #[must_use]
     pub fn fits_a_range(self) -> bool {
         match self {

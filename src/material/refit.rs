@@ -10,7 +10,7 @@ use crate::material::parameters::{LobeFields, LobeParams, MaskingParams, Materia
 /// A line per material and lobe.
 const TABLE: &str = include_str!("merl100-refit.csv");
 
-/// What a name ends with that means this edition.
+/// Suffix of the names of this edition.
 pub const SUFFIX: &str = "@refit";
 
 /// A refitted material, and how far both editions are from the measurement.
