@@ -10,7 +10,8 @@ use crate::encode::GENERATOR;
 use crate::fit::sgd::Energy;
 use crate::material::{Material, to_toml};
 
-/// A material that was fitted to a measurement: its distance from it and its direct fits.
+/// A material that was fitted to a measurement: the distance between the two, and the glTF
+/// material fitted directly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The measurement's file.

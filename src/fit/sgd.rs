@@ -59,7 +59,7 @@ pub struct SgdFit {
     pub uncertainty: Uncertainty,
 }
 
-/// The share of the difference that a second lobe must reach.
+/// A second lobe must lower the difference to this share of one lobe's.
 const WORTHWHILE: f64 = 0.9;
 /// Local minima that are looked for.
 const STARTS: usize = 5;

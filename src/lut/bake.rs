@@ -246,7 +246,7 @@ fn fill_factors(
     Ok(tables.into_iter().map(|table| noted(table, request, error, proof)).collect())
 }
 
-/// Returns the promises of the factors' tables, material by material.
+/// The promise of the factors' tables, material by material.
 struct Promise<'a> {
     rows: &'a Rows,
     placed: &'a [Placed],

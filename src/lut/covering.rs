@@ -160,7 +160,7 @@ struct Part {
     beyond: bool,
 }
 
-/// The viewers of a proof and the findings so far.
+/// Findings of a proof so far, by intervals of viewers.
 #[derive(Default)]
 struct Known {
     /// The brightest light for each colour, by intervals of viewers.

@@ -91,7 +91,7 @@ pub struct HalfRange {
     pub overflows: bool,
 }
 
-/// The range that a texture could store.
+/// A factor that a texture could store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stored {
