@@ -10,6 +10,10 @@ step "format and lints"
 cargo fmt --check
 cargo clippy --all-targets --quiet -- -D warnings
 
+step "feature levels: none, full"
+cargo check --quiet --no-default-features
+cargo check --quiet --no-default-features --features full
+
 if [ -f tests/js/package.json ]; then
   step "npm packages: the glTF validator, three.js, ktx-parse"
   (cd tests/js && npm ci --no-audit --no-fund --loglevel=error)

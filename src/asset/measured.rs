@@ -10,7 +10,8 @@ use crate::encode::GENERATOR;
 use crate::fit::sgd::Energy;
 use crate::material::{Material, to_toml};
 
-/// What is known of a material that was fitted to a measurement.
+/// A material that was fitted to a measurement: the distance between the two, and the glTF
+/// material fitted directly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The measurement's file.
@@ -64,7 +65,7 @@ impl Measured {
         (measured.parameters == mark(material)).then_some(measured.measured)
     }
 
-    /// Whether a material file was written here and its parameters are still those.
+    /// Returns whether a material file was written here and its parameters are still those.
     #[must_use]
     pub fn is_unedited(text: &str, material: &Material) -> bool {
         text.starts_with(FIRST_LINE) && Self::of_text(text, material).is_some()

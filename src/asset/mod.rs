@@ -152,7 +152,7 @@ impl Texture {
         Ok(Self { entry: TextureEntry::of_file(table, format), bytes })
     }
 
-    /// Whether the row of a material is in the texture.
+    /// Returns whether the row of a material is in the texture.
     fn holds(&self, row: Option<usize>) -> bool {
         match self.entry.quantity {
             Quantity::Brdf3d => row.is_some() && row == self.entry.row,

@@ -4,10 +4,12 @@
 pub mod albedo;
 pub mod batch;
 pub mod engine;
-pub mod gltf;
-pub mod model;
-pub mod one_lobe;
+pub(crate) mod gltf;
+pub(crate) mod model;
+pub(crate) mod one_lobe;
+#[doc(hidden)]
 pub mod reflectance;
+#[doc(hidden)]
 pub mod sampler;
 
 pub use albedo::{FresnelMoments, directional_albedo};

@@ -1,4 +1,4 @@
-//! What an integrator asks of a reflectance: values, and directions drawn with their density.
+//! Traits of reflectances: values, and directions drawn with their density.
 
 use std::f64::consts::TAU;
 

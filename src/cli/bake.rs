@@ -88,7 +88,7 @@ struct File {
     bytes: Arc<[u8]>,
 }
 
-/// What `--json` prints.
+/// The object that `--json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     schema: &'static str,

@@ -63,7 +63,7 @@ enum Shape {
 /// Rows of quads on the built-in ball.
 const BALL_ROWS: u16 = 64;
 
-/// What `--json` prints.
+/// The object that `--json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     schema: &'static str,
@@ -146,7 +146,7 @@ fn changed(files: &[OutputFile]) -> Vec<&OutputFile> {
     files.iter().filter(|file| !(file.copy && stands_already(file))).collect()
 }
 
-/// Whether the file is there with this content. Its size is compared first.
+/// Returns whether the file is there with this content. Its size is compared first.
 fn stands_already(file: &OutputFile) -> bool {
     let same_size =
         fs::metadata(&file.path).is_ok_and(|old| old.is_file() && old.len() == file.len());

@@ -82,7 +82,7 @@ impl Failure {
     }
 }
 
-/// A failure while writing to stdout: a closed pipe is no error.
+/// A failure while writing to stdout: a closed pipe is not an error.
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         if error.kind() == io::ErrorKind::BrokenPipe {

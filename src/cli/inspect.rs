@@ -24,7 +24,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What `--json` prints.
+/// The object that `--json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     schema: &'static str,

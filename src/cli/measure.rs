@@ -82,7 +82,7 @@ const NOTICED: f64 = 0.005;
 /// ΔE2000 from which the model does not follow the surface.
 const FAR: f64 = 3.0;
 
-/// What `--json` prints.
+/// The object that `--json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     schema: &'static str,

@@ -27,7 +27,7 @@ pub fn name(path: &Path) -> String {
     if name.trim().is_empty() { "measured".to_owned() } else { name }
 }
 
-/// Whether a path ends as a measurement's does.
+/// Returns whether a path ends as a measurement's does.
 #[must_use]
 pub fn is_named_so(path: &Path) -> bool {
     let ending = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
@@ -39,7 +39,7 @@ pub fn is_named_so(path: &Path) -> bool {
 ///
 /// # Errors
 ///
-/// A file that is no measurement, or one that nothing can be fitted to.
+/// A file that is not a measurement, or one that nothing can be fitted to.
 pub fn fitted(path: &Path, output: &Output) -> Result<(Surface, SurfaceFit), Failure> {
     let start = Instant::now();
     let (_, surface, fit) = surface_and_fit(path)?;

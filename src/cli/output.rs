@@ -215,12 +215,12 @@ fn cannot_write(path: &Path, error: &io::Error) -> Failure {
         .help("choose another output path, or make this one writable")
 }
 
-/// Whether two paths name one existing file.
+/// Returns whether two paths name one existing file.
 fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// What the name of a file starts with until it is complete.
+/// Prefix of a file's name until the file is complete.
 const UNFINISHED: &str = ".sgdbake-";
 
 /// A new file in `folder`, locked for as long as this process lives and holds it.

@@ -11,14 +11,14 @@ use sgdbake::encode::generator_of;
 use sgdbake::material::parse;
 use sgdbake::scene::is_unedited;
 
-/// What a generator, a schema and a comment start with.
+/// Prefixes of generators, schemas and comments.
 const NAME: &str = "sgdbake ";
 const SCHEMA: &str = "sgdbake/";
 
 /// The most bytes of a text that are looked at for its writer.
 const HEAD: u64 = 4096;
 
-/// Whether sgdbake wrote the regular file at `path`. Reads no more than the file's header, or the
+/// Returns whether sgdbake wrote the regular file at `path`. Reads no more than the file's header, or the
 /// JSON of a scene or report.
 pub fn is_ours(path: &Path) -> bool {
     let Ok(file) = File::open(path) else { return false };
@@ -59,7 +59,7 @@ struct Asset {
 /// The largest JSON that is looked into.
 const LARGEST_JSON: u64 = 1 << 28;
 
-/// Whether a report or manifest has our schema, or a scene is an export that nobody edited since.
+/// Returns whether a report or manifest has our schema, or a scene is an export that nobody edited since.
 /// A scene without such a mark counts by its generator.
 fn json_is_ours(json: impl BufRead) -> bool {
     let mut text = String::new();
@@ -71,7 +71,7 @@ fn json_is_ours(json: impl BufRead) -> bool {
     is_unedited(&text).unwrap_or_else(|| writer.is_some_and(is_name))
 }
 
-/// Whether `measure` wrote a material file, and nobody edited its parameters since.
+/// Returns whether `measure` wrote a material file, and nobody edited its parameters since.
 fn material_is_ours(head: &[u8], path: &Path) -> bool {
     // A file of measure's is shorter than the head.
     let Ok(text) = std::str::from_utf8(head) else { return false };

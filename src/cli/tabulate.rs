@@ -48,7 +48,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What is stored.
+/// The quantity stored.
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = false)]
 struct Source {
@@ -60,7 +60,7 @@ struct Source {
     measured: Option<PathBuf>,
 }
 
-/// What `--json` prints.
+/// The object that `--json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     schema: &'static str,

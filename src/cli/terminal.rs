@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-/// Whether a terminal may act on a character instead of showing it: control characters, and those
+/// Returns whether a terminal may act on a character instead of showing it: control characters, and those
 /// that turn the direction of writing.
 fn acts(c: char) -> bool {
     c.is_control()

@@ -9,7 +9,7 @@ use crate::lut::{Axis, Depth, Encoding, ErrorNote, Quantity, Table};
 /// A texture and how to decode it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TextureEntry {
-    /// What it stores.
+    /// The quantity.
     pub quantity: Quantity,
     /// Where its bytes are.
     #[serde(flatten)]

@@ -26,7 +26,7 @@ pub enum EntryError {
     Damaged {
         /// The format that its first bytes say.
         format: Format,
-        /// What is wrong.
+        /// The problem.
         reason: String,
     },
     /// An image without an entry.
@@ -37,7 +37,7 @@ pub enum EntryError {
     Invalid {
         /// The format of the file.
         format: Format,
-        /// What is wrong with the entry.
+        /// The problem with the entry.
         reason: String,
     },
 }

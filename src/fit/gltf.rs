@@ -27,7 +27,7 @@ pub struct GltfFit {
     pub material: GltfBrdf,
     /// How far it is from the SGD material.
     pub residuals: FitResiduals,
-    /// What is odd about the material or the fit.
+    /// Oddities of the material or the fit.
     pub reasons: Vec<Reason>,
 }
 
@@ -68,7 +68,7 @@ pub fn fit_target(target: &Target, metric: Metric) -> GltfFit {
     chosen.finish(target)
 }
 
-/// Whether `other` has a residual so much lower that its extension pays.
+/// Returns whether `other` has a residual so much lower that its extension pays.
 fn worthwhile(other: &Minimum, without: &Minimum) -> bool {
     other.squares < WORTHWHILE.powi(2) * without.squares
 }

@@ -50,7 +50,7 @@ const SUM_WEIGHT: f64 = 1e2;
 /// The mixture of the fewest components, from seven to ten, whose picture is within half a percent
 /// of a material's.
 ///
-/// [`best_picture`] of each count in turn, judged by [`picture::error`]; ten where none is.
+/// [`best_picture`] of each count in turn, judged by `picture::error`; ten where none is.
 #[must_use]
 pub fn for_picture(material: &Material) -> SharedMixture {
     const FEWER: std::ops::Range<usize> = 7..10;
@@ -62,7 +62,7 @@ pub fn for_picture(material: &Material) -> SharedMixture {
 
 /// The mixture of `count` Beckmann distributions that looks most like a material.
 ///
-/// Least squares of D_fit − D, weighted as in a picture ([`picture::goals`]), over angles spaced by
+/// Least squares of D_fit − D, weighted as in a picture (`picture::goals`), over angles spaced by
 /// the lobe's own logarithm, in all log widths and non-negative weights at once. Widths start
 /// spaced evenly in ln α over the ranges whose weights alone do best. `count` is taken into
 /// [1, [`MAX_COMPONENTS`]].
@@ -80,7 +80,7 @@ pub fn fit(material: &Material, count: usize) -> MixtureFit {
     fit_target(&Target::new(material), count, Objective::default())
 }
 
-/// What a mixture's errors are judged by.
+/// The norm of a mixture's errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Objective {

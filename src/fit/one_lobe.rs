@@ -30,7 +30,7 @@ pub struct OneLobeFit {
     pub joint: OneLobe,
     /// How far `joint` is from the material.
     pub joint_residuals: FitResiduals,
-    /// What is odd about the material or the fit.
+    /// Oddities of the material or the fit.
     pub reasons: Vec<Reason>,
 }
 

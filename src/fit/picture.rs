@@ -13,7 +13,7 @@ const OWN: f64 = 0.01;
 /// Share of the peak below which a distribution counts as vanished.
 const FLOOR: f64 = 1e-7;
 
-/// (D, 1) at each angle times its scale, √((ρs F̄ w)² + ([`OWN`]/D)²) with the weight w of the
+/// (D, 1) at each angle times its scale, √((ρs F̄ w)² + (`OWN`/D)²) with the weight w of the
 /// angle and (ρs F̄)² summed over colours; per lobe.
 ///
 /// The squares of D_fit − D times the scale, summed over angles spaced by ln θ, are the error of a

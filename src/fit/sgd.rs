@@ -39,7 +39,7 @@ pub enum Energy {
     Free,
 }
 
-/// What a fit is asked for.
+/// The options of a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// The lobes.
@@ -59,7 +59,7 @@ pub struct SgdFit {
     pub uncertainty: Uncertainty,
 }
 
-/// What the second lobe must lower the difference to.
+/// A second lobe must lower the difference to this share of one lobe's.
 const WORTHWHILE: f64 = 0.9;
 /// Local minima that are looked for.
 const STARTS: usize = 5;
@@ -153,7 +153,7 @@ pub enum Colours {
 }
 
 impl Colours {
-    /// Whether a channel is among them.
+    /// Returns whether a channel is among them.
     #[must_use]
     pub fn has(self, channel: usize) -> bool {
         self == Self::All || self == Self::Only(channel)

@@ -126,7 +126,7 @@ fn shapes() -> Vec<LogShape> {
     (0..ALPHAS).flat_map(of_alpha).collect()
 }
 
-/// Whether two shapes of the library are neighbours or the same.
+/// Returns whether two shapes of the library are neighbours or the same.
 fn near(a: usize, b: usize) -> bool {
     let n = EXPONENTS.len();
     (a / n).abs_diff(b / n) <= 1 && (a % n).abs_diff(b % n) <= 1

@@ -16,7 +16,7 @@ use crate::brdf::batch::albedo::AlbedoBatch;
 use crate::brdf::{FresnelMoments, Lobe};
 use crate::lut::axis::{Axis, Variable, Warp};
 use crate::lut::quantity::{Encoding, Quantity};
-use crate::lut::request::WIDTHS;
+use crate::lut::range::WIDTHS;
 use crate::lut::row::Row;
 use crate::lut::search::Sizable;
 use crate::lut::table::{Depth, ErrorNote, Filter, Table, Texels};

@@ -12,7 +12,8 @@ use crate::lut::error::{BakeError, LeftOut};
 use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure};
 use crate::lut::probe::{Probe, probes, probes_of_pair};
 use crate::lut::quantity::Quantity;
-use crate::lut::request::{Extent, MAX_ROWS, Request, VOLUME_WIDTHS};
+use crate::lut::range::{MAX_ROWS, VOLUME_WIDTHS};
+use crate::lut::request::{Extent, Request};
 use crate::lut::row::{Placed, Row, Rows, sharing_key};
 use crate::lut::search::{Judgement, Verified, smallest, verified};
 use crate::lut::table::{ErrorNote, Filter, Proof, Table};
@@ -245,7 +246,7 @@ fn fill_factors(
     Ok(tables.into_iter().map(|table| noted(table, request, error, proof)).collect())
 }
 
-/// What the tables of the factors promise, material by material.
+/// The promise of the factors' tables, material by material.
 struct Promise<'a> {
     rows: &'a Rows,
     placed: &'a [Placed],
@@ -261,7 +262,7 @@ impl Promise<'_> {
         materials.filter_map(|(s, p)| Subject::new(self.rows, p, s.probes.clone())).collect()
     }
 
-    /// Whether the promise rests on bounds: they are known of all but the published masking fit.
+    /// Returns whether the promise rests on bounds: they are known of all but the published masking fit.
     fn kind(&self) -> Proof {
         let fitted = |row: &Row| row.visible().any(|lobe| lobe.fitted.is_some());
         let masking = self.terms.contains(&Term::Masking);

@@ -44,12 +44,12 @@ const LIGHT_HALVINGS: u32 = 7;
 /// tan²θh/α beyond which D is below e^{−80} of its peak and falls on.
 const END: f64 = 80.0;
 
-/// What a proof comes to.
+/// The outcome of a proof.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
     /// Every pair of directions keeps the tolerance.
     Kept,
-    /// Around this pair, wi and wo, the bound does not, or not within [`MAX_BOXES`].
+    /// Around this pair, wi and wo, the bound does not, or not within `MAX_BOXES`.
     Broken([DVec3; 2]),
 }
 
@@ -160,7 +160,7 @@ struct Part {
     beyond: bool,
 }
 
-/// What a proof has found of the viewers so far.
+/// Findings of a proof so far, by intervals of viewers.
 #[derive(Default)]
 struct Known {
     /// The brightest light for each colour, by intervals of viewers.
@@ -169,7 +169,7 @@ struct Known {
     floors: HashMap<(u32, u32), [f64; 3]>,
 }
 
-/// What the pairs of a part have in common.
+/// Values that the pairs of a part share.
 #[derive(Clone, Copy, Debug)]
 struct Ranges {
     cos_o: Interval,
@@ -237,7 +237,7 @@ impl<'a> Covering<'a> {
         Self { brdf, places, errors, warps, view_scale, half_scale, half_length, lights }
     }
 
-    /// Whether every pair of directions keeps `tolerance`.
+    /// Returns whether every pair of directions keeps `tolerance`.
     #[must_use]
     pub fn verdict(&self, tolerance: f64) -> Verdict {
         let whole = Part { at: [(0, 0); 3], beyond: false };

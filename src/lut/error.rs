@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::lut::quantity::Quantity;
-use crate::lut::request::{MAX_ROWS, TOLERANCES, VOLUME_WIDTHS, WIDTHS};
+use crate::lut::range::{MAX_ROWS, TOLERANCES, VOLUME_WIDTHS, WIDTHS};
 
 /// A lobe that is not stored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -16,7 +16,7 @@ use crate::lut::axis::Warp;
 use crate::lut::bend::{Bends, Interval, times};
 use crate::lut::cell_error::{CellErrors, ROUNDED_WEIGHTS};
 use crate::lut::probe::Probe;
-use crate::lut::request::WIDTHS;
+use crate::lut::range::WIDTHS;
 use crate::lut::row::{Placed, Rows};
 use crate::lut::search::Sizable;
 use crate::lut::table::{Depth, Filter, Table};

@@ -1,24 +1,33 @@
 //! Lookup textures: the meaning of a texel, how it is fetched, and how many of them a stated error
 //! needs.
 
+#[doc(hidden)]
 pub mod albedo;
+#[doc(hidden)]
 pub mod attack;
-pub mod axis;
-pub mod bake;
-pub mod bend;
-pub mod cell_error;
+pub(crate) mod axis;
+pub(crate) mod bake;
+pub(crate) mod bend;
+pub(crate) mod cell_error;
+#[doc(hidden)]
 pub mod covering;
 pub mod decode;
-pub mod error;
+pub(crate) mod error;
+#[doc(hidden)]
 pub mod factors;
+#[doc(hidden)]
 pub mod probe;
-pub mod quantity;
-pub mod request;
+pub(crate) mod quantity;
+pub(crate) mod range;
+pub(crate) mod request;
+#[doc(hidden)]
 pub mod row;
-pub mod search;
-pub mod table;
-pub mod term;
+pub(crate) mod search;
+pub(crate) mod table;
+pub(crate) mod term;
+#[doc(hidden)]
 pub mod visibility;
+#[doc(hidden)]
 pub mod volume;
 
 pub use axis::{Axis, Variable, Warp};

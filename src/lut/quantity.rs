@@ -1,4 +1,4 @@
-//! What a texture stores, and how a texel becomes a value.
+//! The quantities that textures store, and how a texel becomes a value.
 
 use std::str::FromStr;
 
@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// The slope density D·cos⁴θh: [`crate::lut::term`].
+    /// The slope density D·cos⁴θh: [`Term::Ndf`](crate::lut::Term::Ndf).
     Ndf,
-    /// Masking G1 against cotθ: [`crate::lut::term`].
+    /// Masking G1 against cotθ: [`Term::Masking`](crate::lut::Term::Masking).
     Masking,
-    /// The Fresnel factor F(cosθd): [`crate::lut::term`].
+    /// The Fresnel factor F(cosθd): [`Term::Fresnel`](crate::lut::Term::Fresnel).
     Fresnel,
     /// The directional albedo of the specular term in three Fresnel terms: [`crate::lut::albedo`].
     Albedo,
@@ -28,12 +28,12 @@ pub enum Encoding {
     Identity,
     /// value = factor · eᵗ.
     ExpTimes {
-        /// What the exponential is multiplied by.
+        /// Factor of the exponential.
         factor: Factor,
     },
     /// value = factor · t, per channel.
     Times {
-        /// What a texel of 1 stands for.
+        /// Value of a texel of 1.
         factor: [f64; 3],
     },
 }
@@ -65,7 +65,7 @@ impl FromStr for Quantity {
 }
 
 impl Quantity {
-    /// Whether its texels span a range that 16-bit integers resolve.
+    /// Returns whether its texels span a range that 16-bit integers resolve.
     #[must_use]
     pub fn fits_a_range(self) -> bool {
         match self {

@@ -1,22 +1,10 @@
-//! The order of a bake: quantities, masking, size or tolerance, number format; and the accepted
-//! ranges of each.
+//! The order of a bake: quantities, masking, size or tolerance, number format.
 
 use crate::brdf::MaskingKind;
 use crate::lut::error::BakeError;
 use crate::lut::quantity::Quantity;
+use crate::lut::range::{TOLERANCES, WIDTHS};
 use crate::lut::table::Depth;
-
-/// Texels along the first axis that a texture may have: what GPUs take.
-pub const WIDTHS: std::ops::RangeInclusive<usize> = 2..=16384;
-
-/// Rows that a texture may have.
-pub const MAX_ROWS: usize = 16384;
-
-/// Tolerances that a bake accepts.
-pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-6..=0.5;
-
-/// Texels along an axis of a 3D texture.
-pub const VOLUME_WIDTHS: std::ops::RangeInclusive<usize> = 2..=512;
 
 /// The order of a bake.
 #[derive(Clone, Debug, PartialEq)]

@@ -116,7 +116,7 @@ impl Texels {
         }
     }
 
-    /// Whether there are none.
+    /// Returns whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -156,11 +156,11 @@ pub struct ErrorNote {
     /// the promise does not cover.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_truncated: Option<f64>,
-    /// What the tolerance rests on.
+    /// Basis of the tolerance.
     pub proof: Option<Proof>,
 }
 
-/// What a promised error rests on.
+/// The basis of a promised error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Proof {
@@ -174,7 +174,7 @@ pub enum Proof {
 /// A baked lookup texture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// What it stores.
+    /// The quantity.
     pub quantity: Quantity,
     /// Its axes, the fastest first.
     pub axes: Vec<Axis>,

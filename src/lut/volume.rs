@@ -23,7 +23,7 @@ use crate::lut::attack::attack;
 use crate::lut::axis::{Axis, Variable, Warp};
 use crate::lut::probe::Probe;
 use crate::lut::quantity::{Encoding, Quantity};
-use crate::lut::request::VOLUME_WIDTHS;
+use crate::lut::range::VOLUME_WIDTHS;
 use crate::lut::row::Row;
 use crate::lut::search::Sizable;
 use crate::lut::table::{Depth, ErrorNote, Filter, Table, Texels};

@@ -15,7 +15,7 @@ pub struct CatalogEntry {
     pub material: Material,
     /// Its rows of the paper's table, in the order r, g, b.
     pub channels: [ChannelParams; 3],
-    /// What the paper prints besides the parameters, per channel.
+    /// Other numbers that the paper prints, per channel.
     pub printed: [Printed; 3],
 }
 

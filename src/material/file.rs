@@ -51,7 +51,7 @@ pub enum MaterialFileError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// The file's content is not a material.
@@ -61,12 +61,12 @@ pub enum MaterialFileError {
         path: PathBuf,
         /// 1-based line of the problem.
         line: usize,
-        /// What is wrong there.
+        /// The problem.
         problem: Problem,
     },
 }
 
-/// What is wrong in a material file.
+/// Problems in a material file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Problem {
     /// Not TOML.

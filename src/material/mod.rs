@@ -2,10 +2,10 @@
 //!
 //! A [`Material`] is validated once, when it is read; everything after that is infallible.
 
-pub mod catalog;
-pub mod file;
-pub mod parameters;
-pub mod refit;
+pub(crate) mod catalog;
+pub(crate) mod file;
+pub(crate) mod parameters;
+pub(crate) mod refit;
 
 pub use catalog::{CatalogEntry, Edition, UnknownMaterial, catalog, find, named};
 pub use file::{MaterialFileError, load, parse, to_toml};

@@ -10,13 +10,13 @@ use crate::material::parameters::{LobeFields, LobeParams, MaskingParams, Materia
 /// A line per material and lobe.
 const TABLE: &str = include_str!("merl100-refit.csv");
 
-/// What a name ends with that means this edition.
+/// Suffix of the names of this edition.
 pub const SUFFIX: &str = "@refit";
 
 /// A refitted material, and how far both editions are from the measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefitEntry {
-    /// The material, its name ending with [`SUFFIX`].
+    /// The material, its name ending with `@refit`.
     pub material: Material,
     /// The distance of this material.
     pub error: SurfaceError,

@@ -28,7 +28,7 @@ impl InstructionSet {
         }
     }
 
-    /// Whether this machine has it.
+    /// Returns whether this machine has it.
     #[must_use]
     pub fn is_available(self) -> bool {
         match self {

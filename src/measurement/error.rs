@@ -1,4 +1,4 @@
-//! Why a file is no measurement.
+//! Errors of reading measurements.
 
 use std::io;
 use std::path::PathBuf;
@@ -9,11 +9,11 @@ use std::path::PathBuf;
 pub struct MeasurementError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The problem.
     pub problem: Problem,
 }
 
-/// What is wrong with a file or its content.
+/// Problems with a file or its content.
 #[derive(Debug, thiserror::Error)]
 pub enum Problem {
     /// The system cannot read it.
@@ -39,7 +39,7 @@ pub enum Problem {
     Row {
         /// 1-based line of the file.
         line: u64,
-        /// What is wrong there.
+        /// The problem.
         problem: RowProblem,
     },
     /// A MERL file written with the other byte order.
@@ -69,7 +69,7 @@ pub enum Problem {
         channel: &'static str,
         /// Indices along θh, θd, φd.
         cell: [usize; 3],
-        /// What it holds.
+        /// Its content.
         value: f64,
     },
     /// Nothing that was measured.
@@ -88,7 +88,7 @@ pub enum Problem {
     Anisotropic(u64),
 }
 
-/// What is wrong in a row of a table of samples.
+/// Problems in a row of a table of samples.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RowProblem {
     /// A different number of columns, or bytes that are no text.
@@ -99,7 +99,7 @@ pub enum RowProblem {
     NotANumber {
         /// The column.
         column: &'static str,
-        /// What stands there.
+        /// The text found.
         found: String,
     },
     /// A direction that is none, or not above the surface.
@@ -112,12 +112,12 @@ pub enum RowProblem {
     Negative {
         /// The column.
         column: &'static str,
-        /// What stands there.
+        /// The text found.
         found: f64,
     },
 }
 
-/// What is wrong with the container of an RGL file.
+/// Problems with the container of an RGL file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TensorProblem {
     /// It ends within its own directory.
@@ -149,7 +149,7 @@ pub enum TensorProblem {
         name: &'static str,
         /// Its type and shape.
         found: String,
-        /// What they must be.
+        /// Accepted values.
         needed: String,
     },
     /// A number that the field cannot hold.
@@ -161,7 +161,7 @@ pub enum TensorProblem {
         found: String,
         /// Which of its numbers.
         index: usize,
-        /// What it must be.
+        /// Accepted value.
         needed: &'static str,
     },
 }

@@ -38,7 +38,7 @@ pub const FILE_BYTES: u64 = 12 + 24 * CELLS as u64;
 /// Reflectance per unit of a stored value, of red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 
-/// What a cell without a measurement holds.
+/// Value of a cell without a measurement.
 const INVALID: [f64; 3] = [-1.0; 3];
 
 /// The share of the eight neighbours' weight that must be measured for a value between them.

@@ -98,7 +98,7 @@ impl Measurement {
     ///
     /// # Errors
     ///
-    /// What is wrong with them.
+    /// The problem found in them.
     pub fn from_reader(reader: &mut (impl Read + Seek), length: u64) -> Result<Self, Problem> {
         let mut start = Vec::new();
         reader.by_ref().take(START_BYTES).read_to_end(&mut start)?;
@@ -192,7 +192,7 @@ impl Content {
         }
     }
 
-    /// A table of samples, by the separator of its first line that is no comment.
+    /// A table of samples, by the separator of its first line that is not a comment.
     fn of_text(text: &str) -> Result<Self, Problem> {
         let lines = text.lines().map(|line| line.trim_start_matches('\u{feff}').trim());
         let header = lines.into_iter().find(|line| !line.is_empty() && !line.starts_with('#'));
@@ -223,7 +223,7 @@ fn text(start: &[u8]) -> Option<&str> {
     (!text.is_empty() && text.chars().all(printable)).then_some(text)
 }
 
-/// Whether three integers are the header of a MERL file with other sizes.
+/// Returns whether three integers are the header of a MERL file with other sizes.
 fn is_header(sizes: [i32; 3], length: u64) -> bool {
     if !sizes.iter().all(|size| (1..=MOST_CELLS).contains(size)) {
         return false;

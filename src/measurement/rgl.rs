@@ -51,7 +51,7 @@ const COLOURS: usize = 3;
 /// The tables of an isotropic RGB file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rgl {
-    /// What the file says about itself.
+    /// Description in the file.
     pub description: String,
     /// Azimuths of incidence; the tables of the first are used.
     pub(super) phi_i: Vec<f32>,

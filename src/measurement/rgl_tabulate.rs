@@ -118,7 +118,7 @@ impl Rgl {
     }
 }
 
-/// What is stored at one node.
+/// The values stored at one node.
 #[derive(Clone, Copy, Default)]
 struct Node {
     colour: [f64; 3],

@@ -11,7 +11,7 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 
 use crate::measurement::error::{Problem, TensorProblem};
 
-/// What every tensor file begins with.
+/// Magic bytes of a tensor file.
 pub const MAGIC: [u8; 12] = *b"tensor_file\0";
 
 const VERSION: [u8; 2] = [1, 0];
@@ -103,7 +103,7 @@ impl<'r, R: Read + Seek> TensorFile<'r, R> {
         Ok(Self { reader, fields, budget: length })
     }
 
-    /// Whether there is a field of this name.
+    /// Returns whether there is a field of this name.
     pub fn has(&self, name: &str) -> bool {
         self.fields.iter().any(|field| field.name == name)
     }

@@ -1,16 +1,16 @@
 //! The three factors of a microfacet reflectance: distributions of normals, each with its masking
 //! and its visible normals; Fresnel; and the paper's masking fit.
 
-pub mod beckmann;
-pub mod distribution;
-pub mod fitted_masking;
-pub mod fresnel;
-pub mod g1_polynomial;
-pub mod g1_table;
-pub mod ggx;
-pub mod mixture;
-pub mod one_width;
-pub mod sgd;
+pub(crate) mod beckmann;
+pub(crate) mod distribution;
+pub(crate) mod fitted_masking;
+pub(crate) mod fresnel;
+pub(crate) mod g1_polynomial;
+pub(crate) mod g1_table;
+pub(crate) mod ggx;
+pub(crate) mod mixture;
+pub(crate) mod one_width;
+pub(crate) mod sgd;
 
 pub use beckmann::Beckmann;
 pub use distribution::{Distribution, grazing_limit};

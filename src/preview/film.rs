@@ -16,7 +16,7 @@ pub struct Film {
     pub pixels: Vec<Pixel>,
 }
 
-/// What a pixel saw.
+/// The light that a pixel received.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pixel {
     /// Radiance of the covered part, not multiplied by the coverage.

@@ -7,8 +7,8 @@
 pub mod ball;
 pub mod colour;
 pub mod environment;
-pub mod film;
-pub mod model;
+pub(crate) mod film;
+pub(crate) mod model;
 pub mod render;
 pub mod shape;
 

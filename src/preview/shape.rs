@@ -1,4 +1,4 @@
-//! What stands before the camera: a ball, or a mesh turned to face it.
+//! The shape in front of the camera: a ball, or a mesh turned to face it.
 
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::BHShape;
@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 use crate::preview::ball::{TO_VIEWER, normal_at};
 use crate::scene;
 
-/// What the camera sees.
+/// The shape in front of the camera.
 #[derive(Debug)]
 pub enum Shape {
     /// The unit ball.
@@ -38,7 +38,7 @@ impl Shape {
         }
     }
 
-    /// Whether something of the shape lies between `hit` and the light.
+    /// Returns whether something of the shape lies between `hit` and the light.
     #[must_use]
     pub fn shadows(&self, hit: &Hit, to_light: DVec3) -> bool {
         match self {

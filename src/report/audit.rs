@@ -91,7 +91,7 @@ pub struct HalfRange {
     pub overflows: bool,
 }
 
-/// What a texture could store.
+/// A factor that a texture could store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stored {
@@ -119,7 +119,7 @@ const ALBEDO_ANGLES: [f64; 14] =
     [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 87.0, 89.0, 89.9];
 
 impl Check {
-    /// Whether the law is kept.
+    /// Returns whether the law is kept.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.deviation <= self.bound
@@ -133,7 +133,7 @@ impl ChannelAudit {
         self.albedo.iter().map(|at| at.albedo).fold(0.0, f64::max)
     }
 
-    /// Whether F leaves [0, 1], beyond the digits of the printed parameters.
+    /// Returns whether F leaves [0, 1], beyond the digits of the printed parameters.
     #[must_use]
     pub fn fresnel_leaves_unit(&self) -> bool {
         self.fresnel[0] < -1e-6 || self.fresnel[1] > 1.0 + 1e-6

@@ -12,7 +12,7 @@ pub enum Scale {
 /// An axis from `low` to `high`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// What it shows, with its unit.
+    /// Label with its unit.
     pub label: String,
     /// How values are spaced.
     pub scale: Scale,

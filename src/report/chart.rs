@@ -35,11 +35,11 @@ pub struct Key {
     pub shown: Shown,
     /// CSS classes of what is shown.
     pub class: &'static str,
-    /// What it stands for.
+    /// Meaning.
     pub label: &'static str,
 }
 
-/// What an entry of a key shows.
+/// The sample that an entry of a key shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
     /// A piece of a curve.
@@ -51,7 +51,7 @@ pub enum Shown {
 /// A chart with two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// What stands above it.
+    /// Title.
     pub title: String,
     /// Width and height in user units; the drawing scales to the page.
     pub size: [f64; 2],
@@ -136,7 +136,7 @@ impl Chart {
         )
     }
 
-    /// What the element holds.
+    /// Content of the element.
     fn drawing(&self) -> String {
         let mut svg = format!(
             "<text class=\"title\" x=\"{}\" y=\"16\">{}</text>",
@@ -293,7 +293,7 @@ fn point(class: &str, [x, y]: [f64; 2], title: &str) -> String {
     )
 }
 
-/// Whether two boxes (left, top, right, bottom) share an area.
+/// Returns whether two boxes (left, top, right, bottom) share an area.
 fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }

@@ -79,7 +79,7 @@ impl Yardstick {
             for (c, f) in f[i].iter().enumerate() {
                 let error =
                     (f - self.exact[i][c]).abs() * wi.z / self.largest[i][c].max(f64::MIN_POSITIVE);
-                // An error that is no number is the largest.
+                // NaN counts as the largest error.
                 if error.total_cmp(&max).is_gt() {
                     max = error;
                 }

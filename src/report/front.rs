@@ -7,7 +7,7 @@ use crate::report::stopwatch::Rounds;
 pub const DECISIVE: f64 = 3.0;
 /// Errors that differ by no more than this factor are alike: then the time decides, by this factor.
 pub const ALIKE: f64 = 1.25;
-/// A time longer by no more than this factor is no slower.
+/// A time longer by at most this factor counts as equal.
 pub const NO_SLOWER: f64 = 1.1;
 
 /// The rule in words, for the report's readers.

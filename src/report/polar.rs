@@ -17,7 +17,7 @@ pub struct Lobe {
 /// A half circle with lobes, the longest radius on its edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polar {
-    /// What stands above it.
+    /// Title.
     pub title: String,
     /// The light's angle from the normal.
     pub theta_i: f64,

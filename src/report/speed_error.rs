@@ -35,7 +35,7 @@ pub struct SpeedError {
 pub struct Measured {
     /// Its name.
     pub method: String,
-    /// What kind of method it is.
+    /// Kind of method.
     pub family: MethodFamily,
     /// Time of one RGB evaluation.
     pub time: Timing,

@@ -11,7 +11,7 @@ use crate::report::distance::{Distance, Reference};
 
 /// A measurement as fits see it and as they are judged by.
 pub struct Surface {
-    /// What a fit aims at.
+    /// The reflectance that is fitted to.
     pub target: MeasuredTarget,
     /// What it is compared with, at other pairs of directions and under other lights.
     pub reference: Reference,

@@ -1,4 +1,4 @@
-//! What can be wrong with a scene.
+//! Errors of scenes.
 
 use std::io;
 
@@ -31,7 +31,7 @@ pub enum SceneError {
     Uri {
         /// The address as it stands in the scene.
         uri: String,
-        /// What is wrong with it.
+        /// The problem.
         reason: &'static str,
     },
     /// A resource of the scene is not there.
@@ -70,7 +70,7 @@ pub enum SceneError {
     Obj {
         /// Where reading stopped.
         line: usize,
-        /// What is wrong.
+        /// The problem.
         reason: String,
     },
 }

@@ -22,12 +22,12 @@ use crate::scene::{
     text::{Pieces, quote},
 };
 
-/// What an export writes.
+/// The files and warnings of an export.
 #[derive(Debug)]
 pub struct Export {
-    /// The scene first, then what stands beside it.
+    /// The scene first, then the files that it refers to.
     pub files: Vec<OutputFile>,
-    /// What could not be carried over, or is likely not meant.
+    /// Losses, and oddities that are likely not meant.
     pub warnings: Vec<String>,
 }
 
@@ -120,7 +120,7 @@ impl Job<'_> {
         if self.folder == Path::new("") { Path::new(".") } else { &self.folder }
     }
 
-    /// Whether files beside the input move into the target.
+    /// Returns whether files beside the input move into the target.
     fn embeds(&self) -> bool {
         self.container == Container::Glb
             && !matches!(self.scene.source, Source::File(Container::Glb, _))
@@ -426,7 +426,7 @@ impl OutputFile {
         self.pieces.iter().map(Bytes::len).sum()
     }
 
-    /// Whether there is nothing to write.
+    /// Returns whether there is nothing to write.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -434,7 +434,7 @@ impl OutputFile {
     /// Writes the content to `out`.
     ///
     /// # Errors
-    /// What the file system refuses.
+    /// Errors of the file system.
     pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
         self.pieces.iter().try_for_each(|piece| piece.write_to(out))
     }

@@ -22,7 +22,7 @@ fn member(mark: &str) -> String {
     format!(r#""document":"{mark}""#)
 }
 
-/// Whether a glTF document is an export of sgdbake that nobody edited since; `None` where it
+/// Returns whether a glTF document is an export of sgdbake that nobody edited since; `None` where it
 /// carries no mark. `text` must be valid JSON. Marks of earlier exports may stand in it too.
 #[must_use]
 pub fn is_unedited(text: &str) -> Option<bool> {

@@ -15,7 +15,7 @@ const BIN: u32 = u32::from_le_bytes(*b"BIN\0");
 const HEADER: u64 = 12;
 const CHUNK_HEADER: u64 = 8;
 
-/// What a .glb holds. Chunk contents keep their padding.
+/// The content of a .glb. Chunk contents keep their padding.
 #[derive(Debug)]
 pub(super) struct Glb {
     pub json: String,
@@ -25,7 +25,7 @@ pub(super) struct Glb {
 }
 
 impl Glb {
-    /// Whether a file that starts with these bytes is a .glb.
+    /// Returns whether a file that starts with these bytes is a .glb.
     pub fn is_glb(start: &[u8]) -> bool {
         start.starts_with(&MAGIC.to_le_bytes())
     }

@@ -173,7 +173,7 @@ fn extensions(
     Ok(extensions.to_text())
 }
 
-/// `extras` with `sgd` in it; `None` where `extras` is no object and so has no room.
+/// `extras` with `sgd` in it; `None` where `extras` is not an object.
 fn extras(raw: Option<&str>, asset: &Asset) -> serde_json::Result<Option<String>> {
     let raw = raw.unwrap_or("{}");
     if !raw.starts_with('{') {

@@ -102,7 +102,7 @@ pub struct Scene {
     bin: Option<Vec<Bytes>>,
     /// .glb chunks after BIN, with their headers.
     rest: Option<Bytes>,
-    /// What a reader should know about the input.
+    /// Notes on the input.
     warnings: Vec<String>,
 }
 
@@ -218,7 +218,7 @@ impl Scene {
         materials.filter_map(|(index, material)| Some((index, material.extensions.sgd.as_ref()?)))
     }
 
-    /// What was odd about the input but no error.
+    /// Oddities of the input that are not errors.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }

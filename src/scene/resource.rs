@@ -75,7 +75,7 @@ fn refusal(uri: &str) -> Option<&'static str> {
     }
 }
 
-/// `%41` → `A`; what is no escape, or would not be UTF-8, stays.
+/// `%41` → `A`; other text, and escapes that would not be UTF-8, stay.
 fn percent_decode(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();

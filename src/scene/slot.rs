@@ -114,7 +114,7 @@ enum Kind {
 }
 
 impl Pattern {
-    /// The pattern that `text` spells; what is no glob is a name.
+    /// The pattern that `text` spells; text without wildcards is a name.
     pub fn new(text: &str) -> Self {
         let index = text.strip_prefix('#').and_then(|digits| digits.parse().ok());
         Pattern(match (text, index) {

@@ -90,7 +90,7 @@ impl SgdBatch {
         self.set
     }
 
-    /// f(wi, wo) \[1/sr\] of every pair; 0 at and below the horizon and for what is no unit vector.
+    /// f(wi, wo) \[1/sr\] of every pair; 0 at and below the horizon and for vectors that are not of unit length.
     ///
     /// # Errors
     ///

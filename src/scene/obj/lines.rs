@@ -15,7 +15,7 @@ pub(super) struct Group {
     layout: Layout,
 }
 
-/// What the file says of smoothing.
+/// The smoothing statement of a file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub(super) enum Shading {
     /// Nothing: smooth.
@@ -225,7 +225,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
         Ok(())
     }
 
-    /// What a corner `v/vt/vn` has. Indices are at least 1, or count back from the last one.
+    /// The parts of a corner `v/vt/vn`. Indices are at least 1, or count back from the last one.
     fn corner(&self, corner: &[u8]) -> Result<Layout, String> {
         let invalid = || format!("{:?} is no face corner", String::from_utf8_lossy(corner));
         let mut present = [false; 3];
@@ -248,7 +248,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
         }
     }
 
-    /// Whether an index exists; `None` for what is no number. Positive indices may run ahead of the
+    /// Returns whether an index exists; `None` for what is no number. Positive indices may run ahead of the
     /// definitions, and are checked where they are used.
     fn in_range(&self, kind: usize, digits: &[u8]) -> Option<bool> {
         let (negative, digits) = match digits {

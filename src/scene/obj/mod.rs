@@ -138,7 +138,7 @@ fn meshes(parts: Vec<Part>, groups: &[Group], stem: &str) -> Vec<build::Mesh> {
     meshes
 }
 
-/// Whether the indices of both together fit 32 bits.
+/// Returns whether the indices of both together fit 32 bits.
 fn fits(a: &Surface, b: &Surface) -> bool {
     a.positions.len() + b.positions.len() < u32::MAX as usize
 }
