@@ -150,7 +150,7 @@ fn expand(tree: &str, before: &str, out: &mut Vec<String>) {
                 expand(inner, &format!("{before}{}", head.trim()), out);
             }
             None => {
-                out.push(format!("{before}{}", item.split(" as ").next().unwrap_or(item).trim()))
+                out.push(format!("{before}{}", item.split(" as ").next().unwrap_or(item).trim()));
             }
         }
     }
@@ -228,7 +228,7 @@ fn no_circle_of_files_but_those_listed() {
         both.copied().collect()
     };
     let found: BTreeSet<Vec<&str>> =
-        reached.keys().copied().filter(|m| in_circle(&m)).map(circle).collect();
+        reached.keys().copied().filter(|m| in_circle(m)).map(circle).collect();
     let listed = CIRCLES.iter().map(|(circle, _)| circle.to_vec()).collect();
     assert_eq!(found, listed, "left: circles of src; right: CIRCLES");
 }

@@ -57,7 +57,7 @@ impl BeckmannMixture {
         }
         let accuracy = accuracy.clamp(1e-13, 0.1);
         let length = support(alpha, p, accuracy);
-        let rule = gauss_jacobi(p, node_count(alpha, length, accuracy));
+        let rule = gauss_jacobi(p, node_count(alpha, p, length, accuracy));
         let log_density: Vec<f64> =
             rule.iter().map(|node| log_density(alpha, p, node.x * length)).collect();
         let largest = log_density.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -179,18 +179,23 @@ fn support(alpha: f64, p: f64, accuracy: f64) -> f64 {
 /// the accuracy is then lost, which the laws show.
 const MAX_NODES: f64 = 400.0;
 
+/// No fit of the catalogue has a larger p.
+const LARGEST_MEASURED_P: f64 = 3.0;
+
 /// Nodes for a relative `accuracy` over y in [0, length].
 ///
 /// Two things limit Gauss quadrature here. The integrand is analytic only in the strip
 /// |Im y| < π/2, where e^{−a²e^y} stops decaying: each node gains ρ² with
 /// ln ρ = asinh(π/length), the Bernstein ellipse that touches the strip. And it decays by
 /// e^{−decay} over the interval: the Chebyshev coefficients of e^{−decay·z} fall like
-/// e^{−n²/decay}.
-fn node_count(alpha: f64, length: f64, accuracy: f64) -> usize {
+/// e^{−n²/decay}. A p above every measured one adds a factor (e^y−1)^{p−1} that both leave out:
+/// one more node for each whole power.
+fn node_count(alpha: f64, p: f64, length: f64, accuracy: f64) -> usize {
     let digits = -accuracy.ln();
     let for_strip = 0.5 * digits / (PI / length).asinh();
     let for_decay = 0.5 * (alpha * length.exp_m1() * digits).sqrt();
-    (for_strip.max(for_decay).ceil() + 2.0).min(MAX_NODES) as usize
+    let for_power = (p - LARGEST_MEASURED_P).max(0.0);
+    (for_strip.max(for_decay).ceil() + 2.0 + for_power.ceil()).min(MAX_NODES) as usize
 }
 
 #[cfg(test)]
@@ -201,7 +206,7 @@ mod tests {
     #[test]
     fn no_parameters_ask_for_a_rule_without_end() {
         for (alpha, p) in [(0.1, 1e10), (1e-300, 0.5), (f64::MIN_POSITIVE, f64::MAX)] {
-            let nodes = node_count(alpha, support(alpha, p, 1e-13), 1e-13);
+            let nodes = node_count(alpha, p, support(alpha, p, 1e-13), 1e-13);
             assert!(nodes as f64 <= MAX_NODES, "{nodes} for α {alpha}, p {p}");
         }
     }
