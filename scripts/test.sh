@@ -24,6 +24,9 @@ scripts/test-lut.sh
 step "Measurement files: Mitsuba reads and renders them"
 scripts/test-measurement.sh
 
+step "three.js: the exact material in headless Chromium"
+scripts/test-web.sh
+
 if [ -x scripts/setup-blender.sh ]; then
   step "Blender"
   scripts/setup-blender.sh
