@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Checks the engines' forms of the glTF material, and pictures of three materials by three.js and the Khronos viewer against
-# them, in under a minute. Sets up .venv-engines and tests/engines/node_modules; the pictures need Debian's chromium.
+# them. Sets up .venv-engines and tests/engines/node_modules; the pictures need Debian's chromium.
 # Arguments go to pytest.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -9,6 +9,9 @@ cd "$(dirname "$0")/.."
 .venv-engines/bin/python -c 'import numpy, skimage, pytest' 2>/dev/null ||
   .venv-engines/bin/python -m pip install --quiet --disable-pip-version-check 'numpy<3' 'scikit-image<1' 'pytest<10'
 
+if [ ! -x "${CHROMIUM:-/usr/bin/chromium}" ] && [ "$(id -u)" = 0 ]; then
+  (apt-get update -qq && apt-get install -qq --no-install-recommends chromium >/dev/null) || true
+fi
 if command -v node >/dev/null && [ -x "${CHROMIUM:-/usr/bin/chromium}" ]; then
   [ -d tests/engines/node_modules ] || npm --prefix tests/engines ci --no-audit --no-fund --loglevel=error
 else

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Runs every test, and sets up what they need inside the checkout: Python packages in .venv*,
-# npm packages in tests/js/node_modules and tests/engines/node_modules. Needs a Rust toolchain, Python 3.11 and Node.js.
+# npm packages in tests/js/node_modules and tests/engines/node_modules. Needs a Rust toolchain, Python 3.11, Python 3.13 for Blender
+# 5.2, and Node.js.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -31,8 +32,9 @@ scripts/test-measurement.sh
 step "Engines: their forms, three materials' pictures"
 scripts/test-engines.sh
 
-if [ -x scripts/setup-blender.sh ]; then
-  step "Blender"
-  scripts/setup-blender.sh
-  scripts/test-blender.sh
-fi
+step "three.js: the exact material in headless Chromium"
+scripts/test-web.sh
+
+step "Blender: the oldest and the newest version; scripts/test-blender.sh alone takes all five"
+scripts/setup-blender.sh 42 52
+scripts/test-blender.sh 42 52

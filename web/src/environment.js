@@ -9,8 +9,14 @@ import {albedoMoments, reflectedPoints} from './albedo.js';
 import {solveConstrained} from './least_squares.js';
 import {LEVELS, LOBES, average} from './prefiltered.js';
 
-/** Directions of view that are tabulated, evenly in ln(1 + cosθo/s), s the masking's scale. */
-export const VIEWS = 24;
+/** Directions of view that are tabulated, evenly in ln(1 + cosθo/s). */
+export const VIEWS = 48;
+
+/** The smallest s: a sharp lobe's masking has a smaller scale, but its Fresnel factor has not. */
+const SMALLEST_SCALE = 0.05;
+
+/** The scale s of a lobe's views. */
+export const viewScale = masking => Math.max(masking.scale, SMALLEST_SCALE);
 
 /** Rows of a lobe's table: the albedo's moments, then two for each of the three directions. */
 export const ROWS = 7;
@@ -29,7 +35,7 @@ const REACH = 0.9;
 export function environmentTable(lobe) {
   const table = new Float32Array(4 * ROWS * VIEWS);
   for (let column = 0; column < VIEWS; column++) {
-    const cosO = cosineAt(column / (VIEWS - 1), lobe.masking.scale);
+    const cosO = cosineAt(column / (VIEWS - 1), viewScale(lobe.masking));
     columnOf(lobe, cosO).forEach((texel, row) => table.set(texel, 4 * (row * VIEWS + column)));
   }
   return table;

@@ -1,5 +1,5 @@
 import {DataTexture, FloatType, MeshPhysicalMaterial, MeshStandardMaterial, NearestFilter, RGBAFormat, Vector3} from 'three';
-import {ROWS, VIEWS} from './environment.js';
+import {ROWS, VIEWS, viewScale} from './environment.js';
 import {shapeOf} from './lobe.js';
 import {patchFragmentShader} from './shader.js';
 
@@ -69,6 +69,7 @@ function lobeUniforms({alpha, p, rhoS, f0, f1}) {
     peak: distribution.peak,
     scale: masking.scale,
     stretch: masking.stretch,
+    viewScale: viewScale(masking),
     roughness,
     masking: masking.coefficients,
   };

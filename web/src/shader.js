@@ -47,6 +47,7 @@ struct SgdLobe {
   float peak;
   float scale;
   float stretch;
+  float viewScale;
   float roughness;
   float masking[SGD_MASKING_TERMS];
 };
@@ -100,7 +101,7 @@ void sgdSetView(const in vec3 normal, const in vec3 viewDir, const in vec3 tint)
   #if SGD_LOBES > 0
   for (int j = 0; j < SGD_LOBES; j++) {
     sgdVisibilityO[j] = sgdVisibility(sgdLobes[j], sgdCosO);
-    sgdCoordinateO[j] = log(1.0 + sgdCosO / sgdLobes[j].scale) / log(1.0 + 1.0 / sgdLobes[j].scale);
+    sgdCoordinateO[j] = log(1.0 + sgdCosO / sgdLobes[j].viewScale) / log(1.0 + 1.0 / sgdLobes[j].viewScale);
   }
   #endif
 }
