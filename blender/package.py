@@ -49,7 +49,9 @@ class Sgdbake:
         self.program = program
 
     def names(self):
-        return json.loads(self.run("materials", "--json"))["materials"]
+        """Both editions, first the one nearer the surfaces."""
+        published = json.loads(self.run("materials", "--json"))["materials"]
+        return [f"{name}@refit" for name in published] + published
 
     def bake(self, names, folder):
         self.run("bake", *(part for name in names for part in ("--material", name)), "-o", folder)
