@@ -74,11 +74,11 @@ class Library:
         return np.array([[pair[channel]["brdf"] for channel in "rgb"] for pair in pairs]) * wi[:, 2:]
 
     def half_angle(self, name):
-        """The smallest angle in radians at which some channel's D has fallen to half."""
+        """The smallest angle in radians at which some lobe's D has fallen to half."""
         degrees = np.geomspace(1e-3, 60.0, 300)
         lines = self._run("slice", "--material", name, "--theta-deg", ",".join(map(str, [0.0, *degrees])),
                           "--json").splitlines()
-        ndf = np.array([[angle[channel]["ndf"] for channel in "rgb"] for angle in map(json.loads, lines)])
+        ndf = np.array([[lobe["ndf"] for lobe in angle["lobes"]] for angle in map(json.loads, lines)])
         below = (ndf[1:] < 0.5 * ndf[0]).any(axis=1)
         return math.radians(degrees[np.argmax(below)] if below.any() else 60.0)
 

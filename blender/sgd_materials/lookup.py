@@ -65,7 +65,8 @@ def _exp_times(graph, encoding, description, u, texel):
     exponential = graph.each_channel("EXPONENT", texel)
     if encoding["factor"] == "u":
         return graph.scale(exponential, u)
-    return graph.vector("MULTIPLY", exponential, tuple(description[encoding["factor"]]))
+    of_lobes = [*description[encoding["factor"]], 0.0, 0.0][:3]  # a material has one to three lobes
+    return graph.vector("MULTIPLY", exponential, tuple(of_lobes))
 
 
 WARPS = {"identity": _identity, "log1p": _log1p, "rational": _rational}

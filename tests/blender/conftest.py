@@ -18,9 +18,11 @@ import truth  # noqa: E402
 # Hard in their own way each: sharpest and oddest peak (chrome, steel), widths 15 times apart
 # (gold-metallic-paint2), Fresnel below 0 (white-paint, white-fabric2) and above 1 (alum-bronze,
 # beige-fabric, nickel), p > 1 (pink-fabric), rho_s of almost 0 (black-fabric), wide with strong
-# masking (black-oxidized-steel), a plain one (gold-paint).
+# masking (black-oxidized-steel), a plain one (gold-paint), two lobes that
+# colour every channel (gold-paint@refit).
 HARD = ("chrome", "steel", "gold-metallic-paint2", "white-paint", "white-fabric2", "alum-bronze", "beige-fabric",
-        "nickel", "pink-fabric", "black-fabric", "black-oxidized-steel", "gold-paint")
+        "nickel", "pink-fabric", "black-fabric", "black-oxidized-steel", "gold-paint",
+        "gold-paint@refit")
 
 
 def pytest_sessionfinish(session, exitstatus):

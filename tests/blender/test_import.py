@@ -92,9 +92,10 @@ def test_a_manifest_of_version_1_is_read_alike(scene, manifest, copy):
 
     def older(document):
         document["schema"] = "sgdbake/manifest/1"
-        document["materials"] = [version_1(each) for each in document["materials"]]
+        document["materials"] = [version_1(each) for each in document["materials"] if "@" not in each["name"]]
 
-    for new, old in zip(reader.read_manifest(manifest), reader.read_manifest(edited(copy, older))):
+    published = [each for each in reader.read_manifest(manifest) if "@" not in each.name]
+    for new, old in zip(published, reader.read_manifest(edited(copy, older)), strict=True):
         assert lobes.blends(old.description) == lobes.blends(new.description)
         assert lobes.specular(old.description) == lobes.specular(new.description)
         assert old.description["row"] == new.description["row"]
