@@ -1,13 +1,13 @@
 // A lobe as lobes of three.js's prefiltered environment maps.
 //
-// Towards every view direction the lobe is fitted, in least squares over the sphere, by the maps'
-// own lobes about three directions in the plane of incidence: its mean direction, at every mip level,
-// and one to each side, at the two levels that are as wide as the lobe across the plane. The weights
-// sum to 1; some are negative, as an exponential lobe is a heavy-tailed one less its tail.
+// Towards every view direction the lobe is fitted by the maps' own lobes about three directions in the
+// plane of incidence: its mean direction, at the levels that are about as wide, and one to each side,
+// at the levels that are as wide as the lobe across the plane. The weights sum to 1; some are negative,
+// as an exponential lobe is a heavy-tailed one less its tail.
 
 import {albedoMoments, reflectedPoints} from './albedo.js';
-import {solveConstrained} from './least_squares.js';
-import {LEVELS, LOBES, average} from './prefiltered.js';
+import {constrainedWeights} from './least_squares.js';
+import {LEVELS, LOBES, pointsAbout} from './prefiltered.js';
 
 /** Directions of view that are tabulated, evenly in ln(1 + cosθo/s). */
 export const VIEWS = 48;
@@ -29,8 +29,8 @@ const REACH = 0.9;
 
 /**
  * The table of a lobe, RGBA of ROWS rows and VIEWS columns: the three moments and how far the side
- * directions are [rad]; the weights of the six levels in six texels' worth of two rows a direction,
- * and after them, in the first, the angle of the mean direction over that of the view.
+ * directions are [rad]; then for each direction, in two rows, the weights of the six levels and `turn`, the
+ * angle of the mean direction over that of the view.
  */
 export function environmentTable(lobe) {
   const table = new Float32Array(4 * ROWS * VIEWS);
@@ -81,22 +81,36 @@ const wrapped = angle => angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI))
 function fittedWeights(lobe, cosO, points, albedo, shape, reach) {
   const kernels = kernelsFor(shape, reach);
   const density = densityOf(lobe, cosO, albedo);
-  const gram = kernels.map(a => kernels.map(b => overlap(a, b)));
-  const target = kernels.map(kernel => overlapWith(kernel, density, points, albedo, shape.length));
-  const norm = points.reduce((sum, {x, z, weight}) => sum + weight * density(x, z), 0) / albedo;
-  // Sharper than the sharpest level: no sum of levels is nearer to it than that level.
-  if (norm > gram[0][0]) return mirror();
-  const solution = solveConstrained(gram, target, norm);
+  const solution = constrainedWeights(samples(kernels, density, points, albedo), kernels.length);
   const weights = [0, 1, 2].map(() => new Array(LOBES.length).fill(0));
   kernels.forEach(({level, direction}, k) => { weights[direction][level] = solution[k]; });
   return weights;
 }
 
-const mirror = () => [0, 1, 2].map(direction => LOBES.map((_, level) => (direction + level === 0 ? 1 : 0)));
+/**
+ * The lobes' values over a quadrature of the sphere, the union of the kernels' points and the lobe's
+ * own: `values` of the kernels, the `target` and the `weight` of a squared difference there.
+ *
+ * With ρ the mean of all their densities, a point weighs its own quadrature's weight over ρ (Veach's
+ * balance heuristic), and a difference counts in relation to ρ: ∫ (q − m)²/ρ dω ≥ (∫ |q − m| dω)².
+ */
+function samples(kernels, density, points, albedo) {
+  const count = kernels.length + 1;
+  const sampled = [
+    ...points.map(({x, z, weight}) => ({x, z, weight: weight / albedo})),
+    ...kernels.flatMap(({lobe, angle}) => pointsAbout(lobe, angle)),
+  ];
+  return sampled.map(({x, z, weight}) => {
+    const values = kernels.map(kernel => kernel.lobe.eval(x * kernel.x + z * kernel.z));
+    const target = density(x, z);
+    const mean = values.reduce((sum, value) => sum + value, target) / count;
+    return {values, target, weight: weight / (count * mean * mean)};
+  });
+}
 
 /** The prefiltered lobes that are fitted: levels about as wide as the lobe ahead, as wide as it is across aside. */
 function kernelsFor(shape, reach) {
-  const [level, across] = [levelOf(shape.length), levelOf(1 - 2 * shape.across)];
+  const [level, across] = [levelOf(shape.length), levelOf(1 - shape.across)];
   const first = Math.max(level - 2, 0);
   const ahead = LOBES.map((_, k) => k).filter(k => k >= first && k <= level + 2);
   const place = (k, direction, angle) =>
@@ -125,20 +139,6 @@ export function roughnessOf(lobe) {
   const within = (LENGTHS[level] - length) / (LENGTHS[level] - LENGTHS[level + 1]);
   const clamped = Math.min(Math.max(within, 0), 1);
   return LEVELS[level] + clamped * (LEVELS[level + 1] - LEVELS[level]);
-}
-
-/** ∫ of the product of two prefiltered lobes, over the narrower one's points. */
-function overlap(a, b) {
-  const [narrow, wide] = a.level <= b.level ? [a, b] : [b, a];
-  return average(narrow.lobe, narrow.angle, (x, z) => wide.lobe.eval(x * wide.x + z * wide.z));
-}
-
-/** ∫ of a prefiltered lobe times the reflected lobe, over the points of whichever is narrower. */
-function overlapWith(kernel, density, points, albedo, length) {
-  if (LENGTHS[kernel.level] > length) return average(kernel.lobe, kernel.angle, density);
-  let sum = 0;
-  for (const {x, z, weight} of points) sum += weight * kernel.lobe.eval(x * kernel.x + z * kernel.z);
-  return sum / albedo;
 }
 
 /** The reflected lobe's density [1/sr] at a wi of the given x and z, normalised. */

@@ -1,17 +1,26 @@
-/** What a squared weight costs, as a share of the target's norm: keeps alike kernels from fighting. */
-const RIDGE = 3e-4;
+/** What a squared weight costs: keeps alike kernels from fighting. */
+const RIDGE = 1e-3;
 
 /**
- * The weights w of Σ w = 1 that minimise wᵀ G w − 2 tᵀ w + λ |w|², by Lagrange's multiplier; G is the
- * Gram matrix of the kernels, t their products with the target, whose product with itself is `norm`.
+ * The weights w of Σ w = 1 that minimise Σ weight (target − Σ w values)² + λ |w|² over samples of
+ * `count` values, by Lagrange's multiplier.
  */
-export function solveConstrained(gram, target, norm) {
-  const n = target.length;
-  const sharpest = gram.reduce((most, row, k) => Math.max(most, row[k]), 0);
-  const ridge = RIDGE * Math.min(norm, sharpest);
-  const rows = gram.map((row, i) => [...row.map((value, j) => value + (i === j ? ridge : 0)), 1, target[i]]);
-  rows.push([...new Array(n).fill(1), 0, 1]);
-  return eliminate(rows).slice(0, n);
+export function constrainedWeights(samples, count) {
+  const rows = Array.from({length: count}, () => new Array(count + 2).fill(0));
+  for (const {values, target, weight} of samples) {
+    for (let i = 0; i < count; i++) {
+      const scaled = weight * values[i];
+      if (scaled === 0) continue;
+      for (let j = 0; j < count; j++) rows[i][j] += scaled * values[j];
+      rows[i][count + 1] += scaled * target;
+    }
+  }
+  rows.forEach((row, i) => {
+    row[i] += RIDGE;
+    row[count] = 1;
+  });
+  rows.push([...new Array(count).fill(1), 0, 1]);
+  return eliminate(rows).slice(0, count);
 }
 
 /** The solution of a linear system whose rows end with the right-hand side (partial pivoting). */

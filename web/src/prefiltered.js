@@ -52,10 +52,8 @@ const FINE = gaussLegendre(96);
 
 export const LOBES = LEVELS.map(roughness => new PrefilteredLobe(roughness));
 
-/** ∫ of a prefiltered lobe about the direction at `angle` from the normal times density(x, z). */
-export function average(lobe, angle, density) {
+/** A lobe's points about the direction at `angle` from the normal. */
+export function pointsAbout(lobe, angle) {
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
-  let sum = 0;
-  for (const {x, z, w} of lobe.nodes) sum += w * density(c * x + s * z, c * z - s * x);
-  return sum;
+  return lobe.nodes.map(({x, z, w}) => ({x: c * x + s * z, z: c * z - s * x, weight: w}));
 }
