@@ -78,7 +78,7 @@ class Library:
         degrees = np.geomspace(1e-3, 60.0, 300)
         lines = self._run("slice", "--material", name, "--theta-deg", ",".join(map(str, [0.0, *degrees])),
                           "--json").splitlines()
-        ndf = np.array([[lobe["ndf"] for lobe in angle["lobes"]] for angle in map(json.loads, lines)])
+        ndf = np.array([[factors["ndf"] for factors in _factors(json.loads(line))] for line in lines])
         below = (ndf[1:] < 0.5 * ndf[0]).any(axis=1)
         return math.radians(degrees[np.argmax(below)] if below.any() else 60.0)
 
@@ -91,6 +91,11 @@ class Library:
     def _run(self, *arguments):
         return subprocess.run([str(self.binary), "--quiet", *arguments], check=True, text=True,
                               stdout=subprocess.PIPE).stdout
+
+
+def _factors(angle):
+    """The factors of each lobe; of a published fit, where each channel has its lobe, they go by channel."""
+    return angle["lobes"] if "lobes" in angle else [angle[channel] for channel in "rgb"]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,10 @@ import {gltfOf, withPage} from './ball.mjs';
 import {forThree, studio} from './panorama.mjs';
 import {body} from './sgdbake.mjs';
 
-test('frames are drawn, and their cost is told', async () => {
+// Minutes in software GL.
+const skip = !process.env.SGD_WEB_COST && 'SGD_WEB_COST=1 measures it';
+
+test('frames are drawn, and their cost is told', {skip}, async () => {
   await withPage(async page => {
     for (const light of ['one sun', 'environment']) {
       await page.evaluate(([sun, image]) => (sun ? scene.lightWithSun([-0.5, 0.5, 0.7]) : scene.lightWithEnvironment(...image)),
