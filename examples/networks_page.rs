@@ -35,6 +35,10 @@ al. (2021) that stand in for eight surfaces of MERL and eight of RGL. Each model
 surface itself and, where a row says so, to its SGD fit. Columns: mean ΔE2000 of a ball under five \
 suns that no fit saw; the same of its highlights under small lights; the mean of |f − measured| \
 weighted by both cosines; the same over the mean of f; the relative error in lightness.
+
+glTF rows are appendix B of the specification. The direct fit is to the mean over it and five \
+engines' forms, which a row here does not show: on aurora_white that mean is ΔE2000 4.6, and 7.4 \
+for the fit of the SGD.
 ";
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The npm package in web/: types, then its pictures in headless Chromium against this sgdbake.
-# SGD_WEB_ALL=1 draws all materials, SGD_WEB_COST=1 measures frames. Needs Node.js; Chromium is installed where apt-get can.
+# SGD_WEB_ALL=1 draws all materials, SGD_WEB_HDR=FILE.hdr compares under that panorama too,
+# SGD_WEB_COST=1 measures frames. Needs Node.js; Chromium is installed where apt-get can.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

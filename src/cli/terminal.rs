@@ -28,7 +28,7 @@ fn escaped(text: &str, acts: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(escape).collect())
 }
 
-/// JSON text whose strings hold no such characters: they stand there as JSON's own escapes.
+/// JSON text with such characters written as escapes.
 pub fn printable_json(json: &str) -> Cow<'_, str> {
     if !json.contains(acts) {
         return Cow::Borrowed(json);

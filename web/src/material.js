@@ -1,4 +1,5 @@
-import {DataTexture, FloatType, MeshPhysicalMaterial, MeshStandardMaterial, NearestFilter, RGBAFormat, Vector3} from 'three';
+import {DataTexture, FloatType, MeshPhysicalMaterial, MeshStandardMaterial, NearestFilter, RGBAFormat, Vector2, Vector3} from 'three';
+import {MASKING_TERMS} from './distribution.js';
 import {ROWS, VIEWS, viewScale} from './environment.js';
 import {shapeOf} from './lobe.js';
 import {patchFragmentShader} from './shader.js';
@@ -28,22 +29,22 @@ export class MeshSGDMaterial extends MeshPhysicalMaterial {
   /** Takes another material's reflection; a change of the number of lobes needs a new program. */
   setParameters(parameters) {
     const lobes = parameters.lobes.filter(({rhoS}) => rhoS.some(c => c > 0));
-    if (this.sgdUniforms?.sgdLobes.value.length !== lobes.length) this.needsUpdate = true;
-    this.sgdUniforms?.sgdEnvironment.value?.dispose();
+    if (this.lobeCount !== lobes.length) this.needsUpdate = true;
+    this.sgdUniforms?.sgdEnvironment?.value.dispose();
     this.parameters = parameters;
-    this.sgdUniforms ??= {sgdDiffuse: {}, sgdLobes: {}, sgdEnvironment: {}};
-    this.sgdUniforms.sgdDiffuse.value = new Vector3(...parameters.diffuse);
-    this.sgdUniforms.sgdLobes.value = lobes.map(lobeUniforms);
-    this.sgdUniforms.sgdEnvironment.value = environmentTexture(lobes);
+    this.lobeCount = lobes.length;
+    const values = {sgdDiffuse: new Vector3(...parameters.diffuse), ...(lobes.length && lobeUniforms(lobes))};
+    this.sgdUniforms ??= {};
+    for (const [name, value] of Object.entries(values)) (this.sgdUniforms[name] ??= {}).value = value;
   }
 
   onBeforeCompile(shader) {
     Object.assign(shader.uniforms, this.sgdUniforms);
-    shader.fragmentShader = patchFragmentShader(shader.fragmentShader, this.sgdUniforms.sgdLobes.value.length);
+    shader.fragmentShader = patchFragmentShader(shader.fragmentShader, this.lobeCount);
   }
 
   customProgramCacheKey() {
-    return `SGD ${this.sgdUniforms.sgdLobes.value.length}`;
+    return `SGD ${this.lobeCount}`;
   }
 
   copy(source) {
@@ -53,33 +54,43 @@ export class MeshSGDMaterial extends MeshPhysicalMaterial {
   }
 
   dispose() {
-    this.sgdUniforms.sgdEnvironment.value?.dispose();
+    this.sgdUniforms.sgdEnvironment?.value.dispose();
     super.dispose();
   }
 }
 
-function lobeUniforms({alpha, p, rhoS, f0, f1}) {
-  const {distribution, masking, roughness} = shapeOf(alpha, p);
+/** The shader's uniforms of lobes. */
+function lobeUniforms(lobes) {
+  const shapes = lobes.map(({alpha, p}) => shapeOf(alpha, p));
+  const vector = VECTORS[lobes.length];
+  const colours = of => lobes.map(({rhoS, f0, f1}) => new Vector3(...rhoS.map((rho, c) => rho * of(f0[c], f1[c]))));
   return {
-    rhoS: new Vector3(...rhoS),
-    f0: new Vector3(...f0),
-    f1: new Vector3(...f1),
-    alpha,
-    p,
-    peak: distribution.peak,
-    scale: masking.scale,
-    stretch: masking.stretch,
-    viewScale: viewScale(masking),
-    roughness,
-    masking: masking.coefficients,
+    sgdAlpha: vector(lobes.map(({alpha}) => alpha)),
+    sgdP: vector(lobes.map(({p}) => p)),
+    sgdPeak: vector(shapes.map(({distribution}) => distribution.peak)),
+    sgdScale: vector(shapes.map(({masking}) => masking.scale)),
+    sgdStretch: vector(shapes.map(({masking}) => masking.stretch)),
+    sgdMasking: Array.from({length: MASKING_TERMS}, (_, k) => vector(shapes.map(({masking}) => masking.coefficients[k]))),
+    sgdConstant: colours(f0 => f0),
+    sgdSchlick: colours(f0 => 1 - f0),
+    sgdCosine: colours((_, f1) => -f1),
+    sgdViewScale: shapes.map(({masking}) => viewScale(masking)),
+    sgdRoughness: shapes.map(({roughness}) => roughness),
+    sgdEnvironment: environmentTexture(shapes),
   };
 }
 
-function environmentTexture(lobes) {
-  if (lobes.length === 0) return null;
-  const data = new Float32Array(4 * VIEWS * ROWS * lobes.length);
-  lobes.forEach(({alpha, p}, j) => data.set(shapeOf(alpha, p).table, j * 4 * VIEWS * ROWS));
-  const texture = new DataTexture(data, VIEWS, ROWS * lobes.length, RGBAFormat, FloatType);
+/** A number of each lobe, as GLSL's float, vec2 or vec3. */
+const VECTORS = {
+  1: ([number]) => number,
+  2: numbers => new Vector2(...numbers),
+  3: numbers => new Vector3(...numbers),
+};
+
+function environmentTexture(shapes) {
+  const data = new Float32Array(4 * VIEWS * ROWS * shapes.length);
+  shapes.forEach(({table}, j) => data.set(table, j * 4 * VIEWS * ROWS));
+  const texture = new DataTexture(data, VIEWS, ROWS * shapes.length, RGBAFormat, FloatType);
   texture.minFilter = texture.magFilter = NearestFilter;
   texture.needsUpdate = true;
   return texture;

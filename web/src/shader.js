@@ -23,6 +23,12 @@ export function patchFragmentShader(source, lobes) {
   }, source);
 }
 
+/** Σ coefficients[k] x^k, written out: not every compiler unrolls the loop. */
+function horner(coefficients, x, count) {
+  const inner = Array.from({length: count - 1}, (_, k) => `${coefficients}[${k}] + ${x} * (`).join('');
+  return `(${inner}${coefficients}[${count - 1}]${')'.repeat(count - 1)})`;
+}
+
 const reflection = lobes => /* glsl */`
 #define SGD_LOBES ${lobes}
 #define SGD_LEVELS ${LEVELS.length}
@@ -32,57 +38,65 @@ const reflection = lobes => /* glsl */`
 
 uniform vec3 sgdDiffuse;
 
-// What depends on the view alone, and the tint of the surface's own colours.
+// The tint of the surface's own colours, and the view.
 vec3 sgdTint;
 float sgdCosO;
 
 #if SGD_LOBES > 0
 
-struct SgdLobe {
-  vec3 rhoS;
-  vec3 f0;
-  vec3 f1;
-  float alpha;
-  float p;
-  float peak;
-  float scale;
-  float stretch;
-  float viewScale;
-  float roughness;
-  float masking[SGD_MASKING_TERMS];
-};
-uniform SgdLobe sgdLobes[SGD_LOBES];
+// A number of every lobe, and the colours of lobes weighted by such numbers.
+#if SGD_LOBES == 1
+#define SgdLobes float
+#define sgdMix(colours, numbers) (colours[0] * (numbers))
+#elif SGD_LOBES == 2
+#define SgdLobes vec2
+#define sgdMix(colours, numbers) (mat2x3(colours[0], colours[1]) * (numbers))
+#else
+#define SgdLobes vec3
+#define sgdMix(colours, numbers) (mat3(colours[0], colours[1], colours[2]) * (numbers))
+#endif
+
+uniform SgdLobes sgdAlpha;
+uniform SgdLobes sgdP;
+uniform SgdLobes sgdPeak;
+uniform SgdLobes sgdScale;
+uniform SgdLobes sgdStretch;
+uniform SgdLobes sgdMasking[SGD_MASKING_TERMS];
+// What a lobe's ρs F is made of: constant + schlick (1 − cosθd)⁵ + cosine cosθd.
+uniform vec3 sgdConstant[SGD_LOBES];
+uniform vec3 sgdSchlick[SGD_LOBES];
+uniform vec3 sgdCosine[SGD_LOBES];
+uniform float sgdViewScale[SGD_LOBES];
+uniform float sgdRoughness[SGD_LOBES];
 uniform highp sampler2D sgdEnvironment;
 
 // G1(wo)/cosθo of each lobe, and the coordinate of cosθo in its table, in [0, 1].
-float sgdVisibilityO[SGD_LOBES];
+SgdLobes sgdVisibilityO;
 float sgdCoordinateO[SGD_LOBES];
 
 // G1/cosθ, exact Smith masking, finite at grazing.
-float sgdVisibility(const in SgdLobe lobe, const in float cosTheta) {
-  float t = lobe.stretch * cosTheta / (cosTheta + lobe.scale) - 1.0;
-  float sum = lobe.masking[SGD_MASKING_TERMS - 1];
-  for (int k = SGD_MASKING_TERMS - 2; k >= 0; k--) sum = sum * t + lobe.masking[k];
-  return sum / (cosTheta + lobe.scale);
+SgdLobes sgdVisibility(const in float cosTheta) {
+  SgdLobes inverse = 1.0 / (cosTheta + sgdScale);
+  SgdLobes t = sgdStretch * cosTheta * inverse - 1.0;
+  return ${horner('sgdMasking', 't', MASKING_TERMS)} * inverse;
 }
 
 // D at tan²θ = x: D(0) e^{−x/α} (1 + x/α²)^{−p}/cos⁴θ.
-float sgdNdf(const in SgdLobe lobe, const in float x) {
-  float y = x / lobe.alpha;
-  float cos_4 = (1.0 + x) * (1.0 + x);
-  return lobe.peak * exp(-y - lobe.p * log(1.0 + y / lobe.alpha)) * cos_4;
+SgdLobes sgdNdf(const in float x) {
+  SgdLobes y = x / sgdAlpha;
+  return sgdPeak * exp(-y - sgdP * log(1.0 + y / sgdAlpha)) * ((1.0 + x) * (1.0 + x));
 }
 
-vec3 sgdFresnel(const in SgdLobe lobe, const in float cosD) {
+// ρs F of lobes that weigh so much at cosθd.
+vec3 sgdFresnel(const in float cosD, const in SgdLobes weights) {
   float m = 1.0 - cosD;
   float m5 = m * m * m * m * m;
-  return lobe.f0 + (1.0 - lobe.f0) * m5 - lobe.f1 * cosD;
+  return sgdMix(sgdConstant, weights) + m5 * sgdMix(sgdSchlick, weights) + cosD * sgdMix(sgdCosine, weights);
 }
 
 // The albedo of a lobe: its moments for F = 1, (1 − cosθd)⁵ and cosθd.
-vec3 sgdAlbedo(const in SgdLobe lobe, const in vec3 moments) {
-  vec3 fresnel = lobe.f0 * moments.x + (1.0 - lobe.f0) * moments.y - lobe.f1 * moments.z;
-  return 4.0 * RECIPROCAL_PI * lobe.rhoS * fresnel;
+vec3 sgdAlbedo(const in int lobe, const in vec3 moments) {
+  return 4.0 * RECIPROCAL_PI * (sgdConstant[lobe] * moments.x + sgdSchlick[lobe] * moments.y + sgdCosine[lobe] * moments.z);
 }
 
 vec4 sgdTable(const in int row, const in float coordinate) {
@@ -99,9 +113,9 @@ void sgdSetView(const in vec3 normal, const in vec3 viewDir, const in vec3 tint)
   sgdTint = tint;
   sgdCosO = saturate(dot(normal, viewDir));
   #if SGD_LOBES > 0
+  sgdVisibilityO = sgdVisibility(sgdCosO);
   for (int j = 0; j < SGD_LOBES; j++) {
-    sgdVisibilityO[j] = sgdVisibility(sgdLobes[j], sgdCosO);
-    sgdCoordinateO[j] = log(1.0 + sgdCosO / sgdLobes[j].viewScale) / log(1.0 + 1.0 / sgdLobes[j].viewScale);
+    sgdCoordinateO[j] = log(1.0 + sgdCosO / sgdViewScale[j]) / log(1.0 + 1.0 / sgdViewScale[j]);
   }
   #endif
 }
@@ -109,20 +123,16 @@ void sgdSetView(const in vec3 normal, const in vec3 viewDir, const in vec3 tint)
 // Σ (ρs/π) F D G1 G1/(cosθi cosθo). tan²θh comes from the half vector's components: 1 − cos² would
 // lose a lobe as sharp as chrome's.
 vec3 sgdSpecular(const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, const in float cosI) {
-  vec3 sum = vec3(0.0);
   #if SGD_LOBES > 0
   vec3 h = lightDir + viewDir;
   vec3 across = cross(normal, h);
   float along = dot(normal, h);
   float x = min(dot(across, across) / (along * along), 1e12);
-  float cosD = 0.5 * length(h);
-  for (int j = 0; j < SGD_LOBES; j++) {
-    float ndf = sgdNdf(sgdLobes[j], x);
-    float visibility = sgdVisibilityO[j] * sgdVisibility(sgdLobes[j], cosI);
-    sum += sgdLobes[j].rhoS * sgdFresnel(sgdLobes[j], cosD) * (ndf * visibility);
-  }
+  SgdLobes weights = sgdNdf(x) * sgdVisibilityO * sgdVisibility(cosI);
+  return RECIPROCAL_PI * sgdFresnel(0.5 * length(h), weights);
+  #else
+  return vec3(0.0);
   #endif
-  return sum * RECIPROCAL_PI;
 }
 
 void RE_Direct_SGD(const in IncidentLight directLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in PhysicalMaterial material, inout ReflectedLight reflectedLight) {
@@ -171,7 +181,7 @@ void RE_IndirectSpecular_SGD(const in vec3 radiance, const in vec3 irradiance, c
       vec3 direction = geometryNormal * cos(angle) + tangent * sin(angle);
       light += sgdLevels(SGD_ROWS * j + 1 + 2 * k, sgdCoordinateO[j], direction);
     }
-    reflectedLight.indirectSpecular += sgdTint * sgdAlbedo(sgdLobes[j], moments.xyz) * light;
+    reflectedLight.indirectSpecular += sgdTint * sgdAlbedo(j, moments.xyz) * light;
   }
   #endif
 }
@@ -192,8 +202,8 @@ void RE_Direct_RectArea_SGD(const in RectAreaLight rectAreaLight, const in vec3 
   reflectedLight.directDiffuse += light * sgdDiffuse * LTC_Evaluate(geometryNormal, geometryViewDir, geometryPosition, mat3(1.0), rectCoords);
   #if SGD_LOBES > 0
   for (int j = 0; j < SGD_LOBES; j++) {
-    vec3 albedo = sgdAlbedo(sgdLobes[j], sgdTable(SGD_ROWS * j, sgdCoordinateO[j]).xyz);
-    vec4 t1 = texture2D(ltc_1, LTC_Uv(geometryNormal, geometryViewDir, sgdLobes[j].roughness));
+    vec3 albedo = sgdAlbedo(j, sgdTable(SGD_ROWS * j, sgdCoordinateO[j]).xyz);
+    vec4 t1 = texture2D(ltc_1, LTC_Uv(geometryNormal, geometryViewDir, sgdRoughness[j]));
     mat3 mInv = mat3(vec3(t1.x, 0.0, t1.y), vec3(0.0, 1.0, 0.0), vec3(t1.z, 0.0, t1.w));
     reflectedLight.directSpecular += light * albedo * LTC_Evaluate(geometryNormal, geometryViewDir, geometryPosition, mInv, rectCoords);
   }
