@@ -54,7 +54,10 @@ fn no_refit_is_negative_or_gains_energy() {
             let albedo = directional_albedo(&brdf, wo.z);
             assert!(albedo.iter().all(|albedo| *albedo <= 1.0), "{name} at {wo}: {albedo:?}");
             for j in 0..50 {
-                let [theta, phi] = [spread(37 * i + j) * 1.5707, 3.2 * spread(91 * i + 3 * j)];
+                let [theta, phi] = [
+                    spread(37 * i + j) * std::f64::consts::FRAC_PI_2,
+                    3.2 * spread(91 * i + 3 * j),
+                ];
                 let wi: DVec3 = spherical(theta, phi);
                 let f = brdf.eval(wi, wo);
                 assert!(f.iter().all(|f| *f >= 0.0), "{name} at {wi} {wo}: {f:?}");
