@@ -396,8 +396,8 @@ mod tests {
     #[test]
     fn engines_agree_on_a_plain_material_facing_the_light() {
         let (wi, wo) = (spherical(0.2, 0.0), spherical(0.5, 2.0));
-        let of = |engine| EngineBrdf { engine, material: plastic() }.eval(wi, wo)[0];
-        let values = Engine::ALL.map(of);
+        let values =
+            Engine::ALL.map(|engine| EngineBrdf { engine, material: plastic() }.eval(wi, wo)[0]);
         let appendix_b = plastic().eval(wi, wo)[0];
         for value in values {
             assert!((value / appendix_b - 1.0).abs() < 0.06, "{values:?} {appendix_b}");

@@ -163,9 +163,8 @@ impl Rule {
 
     /// The moments of a lobe at each cosθo.
     fn moments(self, lobe: &Lobe<Sgd>, cosines: &[f64]) -> Vec<FresnelMoments> {
-        let exact = |cos: &f64| FresnelMoments::new(lobe, *cos);
         match self {
-            Self::Exact => cosines.par_iter().map(exact).collect(),
+            Self::Exact => cosines.par_iter().map(|cos| FresnelMoments::new(lobe, *cos)).collect(),
             Self::Quick => AlbedoBatch::new(lobe).moments(cosines),
         }
     }

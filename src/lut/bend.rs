@@ -68,20 +68,18 @@ fn bend(term: Term, rows: &Rows, row: usize, warp: &Warp, u: Interval) -> [Optio
     match (term, warp) {
         (Term::Ndf, Warp::Log1p { scale, max }) => {
             let length = (max[row] / scale[row]).ln_1p();
-            let of_lobe = |lobe: &Option<Lobe<Sgd>>| {
+            rows.lobes[row].lobes.each_ref().map(|lobe| {
                 lobe.as_ref().map(|lobe| ndf(lobe, scale[row], x).map(|t| t * length * length))
-            };
-            rows.lobes[row].lobes.each_ref().map(of_lobe)
+            })
         }
         (Term::Masking, Warp::Rational { scale }) => {
-            let of_lobe = |lobe: &Option<Lobe<Sgd>>| match lobe {
+            rows.lobes[row].lobes.each_ref().map(|lobe| match lobe {
                 // No bound is known of the published fit, which has a corner where it sets in.
                 Some(lobe) if lobe.fitted.is_none() => {
                     Some(masking(lobe.distribution.mixture(), scale[row], u, x))
                 }
                 _ => None,
-            };
-            rows.lobes[row].lobes.each_ref().map(of_lobe)
+            })
         }
         (Term::Fresnel, _) => rows.fresnel[row].curves.map(|curve| curve.map(|f| fresnel(&f, x))),
         _ => [None; 3],

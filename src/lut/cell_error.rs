@@ -171,7 +171,7 @@ impl Cells<'_> {
 
     /// The same without a bound on the bend: the extremes met at some places.
     fn sampled(&self, c: usize, u: Interval, exact: Interval, stored: Interval) -> Interval {
-        let off = |k: usize| {
+        let offs = (0..=SAMPLES).map(|k| {
             let w = k as f64 / SAMPLES as f64;
             let truth = match k {
                 0 => exact[0],
@@ -179,8 +179,7 @@ impl Cells<'_> {
                 _ => self.exact(u[0] + (u[1] - u[0]) * w)[c].unwrap_or(exact[0]),
             };
             stored[0] + (stored[1] - stored[0]) * w - truth
-        };
-        let offs = (0..=SAMPLES).map(off);
+        });
         offs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], e| [low.min(e), high.max(e)])
     }
 }

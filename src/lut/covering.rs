@@ -333,10 +333,9 @@ impl<'a> Covering<'a> {
         let middle = [self.cot_o((2 * at.0 + 1, at.1 + 1))[0]; 2];
         let seen: Vec<[f64; 3]> =
             self.lights.iter().map(|light| self.seen(middle, *light)).collect();
-        let brightest = |c: usize| {
+        [0, 1, 2].map(|c| {
             (0..seen.len()).max_by(|i, j| seen[*i][c].total_cmp(&seen[*j][c])).unwrap_or(0)
-        };
-        [0, 1, 2].map(brightest)
+        })
     }
 
     /// The least that the brightest light of a viewer gives, over an interval of viewers.

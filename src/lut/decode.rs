@@ -133,8 +133,7 @@ impl VolumeBrdf {
 
 /// Σρs of a material's lobes, per colour.
 fn total_rho_s(material: &Material) -> [f64; 3] {
-    let rho_s = |c: usize| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum();
-    [0, 1, 2].map(rho_s)
+    [0, 1, 2].map(|c| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum())
 }
 
 impl Reflectance for VolumeBrdf {

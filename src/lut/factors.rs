@@ -99,8 +99,8 @@ impl Subject {
 
     /// The largest error of f decoded from `tables`; a factor without a table is exact.
     fn error(&self, tables: &[Table], filter: Filter) -> f64 {
-        let find = |term: Term| tables.iter().find(|table| table.quantity == term.quantity());
-        let tables = Term::ALL.map(find);
+        let tables =
+            Term::ALL.map(|term| tables.iter().find(|table| table.quantity == term.quantity()));
         let probes = self.probes.iter().zip(&self.coordinates);
         probes.map(|(probe, at)| self.probe_error(probe, at, tables, filter)).fold(0.0, f64::max)
     }
@@ -174,8 +174,7 @@ impl Subject {
                 off[c][1] += scale * (by_growth[0].max(by_growth[1]) + by_fresnel[1]);
             }
         }
-        let error = |c: usize| probe.colours[c].error_of(off[c][1].max(-off[c][0]));
-        (0..3).map(error).fold(0.0, f64::max)
+        (0..3).map(|c| probe.colours[c].error_of(off[c][1].max(-off[c][0]))).fold(0.0, f64::max)
     }
 }
 

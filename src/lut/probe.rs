@@ -207,10 +207,9 @@ fn probe(brdf: &SgdBrdf, wi: DVec3, wo: DVec3) -> Option<Probe> {
         let of_lobe = slot.specular();
         specular = std::array::from_fn(|c| specular[c] + of_lobe[c]);
     }
-    let colour = |c: usize| {
+    let colours = [0, 1, 2].map(|c| {
         let reflected = (brdf.rho_d[c] * FRAC_1_PI * angles.cos[0] + specular[c]).abs();
         Exact { specular: specular[c], reflected, bound: 0.0 }
-    };
-    let colours = [0, 1, 2].map(colour);
+    });
     Some(Probe { pair: [wi, wo], angles, abs_cos_phi_d: abs_cos_phi_d(wi, wo), lobes, colours })
 }

@@ -53,13 +53,12 @@ impl Placed {
     #[must_use]
     pub fn new(material: &Material, row: Option<usize>, rows: &Rows) -> Self {
         let lobes = material.lobes();
-        let peak = |lobe: &LobeParams| SgdNdf::new(lobe.alpha(), lobe.p()).peak();
         let fresnel_rows = row.map_or(&[][..], |row| &rows.lobes[row].fresnel_rows[..lobes.len()]);
         Self {
             material: with_masking_fits(material),
             row,
             fresnel_rows: fresnel_rows.to_vec(),
-            ndf_peak: lobes.iter().map(peak).collect(),
+            ndf_peak: lobes.iter().map(|lobe| SgdNdf::new(lobe.alpha(), lobe.p()).peak()).collect(),
         }
     }
 
@@ -74,8 +73,7 @@ impl Placed {
 #[must_use]
 pub fn with_masking_fits(material: &Material) -> Material {
     material.clone().map_lobes(|lobe| {
-        let fit = || FittedMasking::of(&lobe).params();
-        lobe.with_masking(lobe.masking().unwrap_or_else(fit))
+        lobe.with_masking(lobe.masking().unwrap_or_else(|| FittedMasking::of(&lobe).params()))
     })
 }
 
@@ -89,8 +87,7 @@ impl Rows {
         let mut fresnel_rows = [first; MAX_LOBES];
         let name = name.to_owned();
         if (0..3).all(|c| colouring(&lobes, c).count() <= 1) {
-            let curve = |c: usize| colouring(&lobes, c).next().map(|lobe| lobe.fresnel[c]);
-            let curves = [0, 1, 2].map(curve);
+            let curves = [0, 1, 2].map(|c| colouring(&lobes, c).next().map(|lobe| lobe.fresnel[c]));
             self.fresnel.push(FresnelRow { name: name.clone(), curves });
         } else {
             for (lobe, row) in lobes.iter().zip(&mut fresnel_rows) {
@@ -138,8 +135,8 @@ pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; MAX_L
         }
         let masking = lobe.masking().filter(|_| kind == MaskingKind::Fitted);
         let fitted = masking.map_or([0.0; 3], |m| [m.lambda, m.c, m.k]);
-        let share = |c: usize| if totals[c] > 0.0 { lobe.rho_s()[c] / totals[c] } else { 0.0 };
-        let shares = [0, 1, 2].map(share);
+        let shares =
+            [0, 1, 2].map(|c| if totals[c] > 0.0 { lobe.rho_s()[c] / totals[c] } else { 0.0 });
         let numbers = [[lobe.alpha(), lobe.p(), 0.0], lobe.f0(), lobe.f1(), fitted, shares];
         numbers.into_iter().flatten().map(f64::to_bits).collect()
     };

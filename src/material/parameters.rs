@@ -367,7 +367,7 @@ impl Material {
     #[must_use]
     pub fn channels(&self) -> Option<[ChannelParams; 3]> {
         let lobes = self.channel_lobes()?;
-        let channel = |c: usize| {
+        Some([0, 1, 2].map(|c| {
             let LobeParams { alpha, p, masking, rho_s, f0, f1 } = self.lobes[lobes[c]];
             ChannelParams {
                 rho_d: self.rho_d[c],
@@ -378,8 +378,7 @@ impl Material {
                 f1: f1[c],
                 masking,
             }
-        };
-        Some([0, 1, 2].map(channel))
+        }))
     }
 }
 

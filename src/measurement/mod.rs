@@ -219,8 +219,8 @@ fn text(start: &[u8]) -> Option<&str> {
         }
         Err(_) => return None,
     };
-    let printable = |c: char| !c.is_control() || matches!(c, '\n' | '\r' | '\t');
-    (!text.is_empty() && text.chars().all(printable)).then_some(text)
+    (!text.is_empty() && text.chars().all(|c| !c.is_control() || matches!(c, '\n' | '\r' | '\t')))
+        .then_some(text)
 }
 
 /// Returns whether three integers are the header of a MERL file with other sizes.

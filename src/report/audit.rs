@@ -309,11 +309,10 @@ fn reciprocity(brdf: &SgdBrdf, c: usize) -> Check {
         let theta = |step: u32| FRAC_PI_2 * (f64::from(step % 17) + 0.5) / 17.0;
         (spherical(theta(i), 0.3 * f64::from(i)), spherical(theta(i * 5 + 3), 1.1))
     };
-    let asymmetry = |(wi, wo)| {
+    let deviation = worst((0..17 * 17).map(pair).map(|(wi, wo)| {
         let (there, back): (f64, f64) = (brdf.eval(wi, wo)[c], brdf.eval(wo, wi)[c]);
         if there == back { 0.0 } else { (there - back).abs() / there.abs().max(back.abs()) }
-    };
-    let deviation = worst((0..17 * 17).map(pair).map(asymmetry));
+    }));
     Check { law: Law::Reciprocity, deviation, bound: 2.0 * f64::EPSILON }
 }
 
@@ -326,7 +325,7 @@ fn normalisation(ndf: &SgdNdf) -> Check {
 
 /// ∫ D G1(wo) ⟨wo,h⟩ dω/cosθo at five angles.
 fn weak_furnace(lobe: &Lobe<Sgd>) -> Check {
-    let at = |theta_deg: f64| {
+    let deviation = worst([5.0, 45.0, 75.0, 85.0, 89.0].map(|theta_deg: f64| {
         let wo = spherical(theta_deg.to_radians(), 0.0);
         // A facet begins to be turned away where its slope exceeds cotθo.
         let rule = slope_rule(lobe.distribution.closed_form(), cot_theta(wo).powi(2));
@@ -337,8 +336,7 @@ fn weak_furnace(lobe: &Lobe<Sgd>) -> Check {
             })
             .sum();
         (facing * lobe.g1(cot_theta(wo)) / wo.z - 1.0).abs()
-    };
-    let deviation = worst([5.0, 45.0, 75.0, 85.0, 89.0].map(at));
+    }));
     Check { law: Law::WeakFurnace, deviation, bound: 1e-9 }
 }
 

@@ -28,10 +28,9 @@ pub fn rows(material: &Material) -> Vec<(String, Row)> {
     }
     let of_lobe = |(j, lobe): (usize, &LobeParams)| {
         let lobe = *lobe;
-        let row = move |(c, name): (usize, Channel)| {
+        Channel::ALL.into_iter().enumerate().map(move |(c, name)| {
             (format!("{} {}", j + 1, name.name()), row(rho_d[c], &lobe, c, None))
-        };
-        Channel::ALL.into_iter().enumerate().map(row)
+        })
     };
     lobes.iter().enumerate().flat_map(of_lobe).collect()
 }

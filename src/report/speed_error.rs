@@ -319,14 +319,6 @@ fn fits(material: &Material, effort: Effort) -> Vec<Method> {
     };
     // ρd of each colour, ρs, f0, f1 of each colour of a lobe; a width and its weights per component.
     let lobes = material.lobes().len();
-    let mixture = |count: &usize| {
-        let name = format!("{count} Beckmann");
-        let bytes = numbers(exact_parameters(material) - 2 * lobes + (1 + lobes) * count);
-        Method::new(&name, MethodFamily::Fit, bytes, || {
-            let mixture = mixture::best_picture(material, *count);
-            pair_by_pair(Brdf::of_mixture(material, &mixture))
-        })
-    };
     let gltf = Method::new("glTF", MethodFamily::Fit, numbers(11), || {
         pair_by_pair(gltf::fit(material).material)
     });
@@ -335,7 +327,14 @@ fn fits(material: &Material, effort: Effort) -> Vec<Method> {
         (crate::microfacet::Family::Ggx, "GGX"),
     ];
     let engines = families.map(|(family, name)| one_lobe(family, name));
-    let mixtures = effort.component_counts().iter().map(mixture);
+    let mixtures = effort.component_counts().iter().map(|count| {
+        let name = format!("{count} Beckmann");
+        let bytes = numbers(exact_parameters(material) - 2 * lobes + (1 + lobes) * count);
+        Method::new(&name, MethodFamily::Fit, bytes, || {
+            let mixture = mixture::best_picture(material, *count);
+            pair_by_pair(Brdf::of_mixture(material, &mixture))
+        })
+    });
     engines.into_iter().chain([gltf]).chain(mixtures).collect()
 }
 

@@ -83,11 +83,6 @@ pub fn picture(report: &SpeedError) -> String {
     let (first, rest): (Vec<&Measured>, Vec<&Measured>) =
         report.methods.iter().partition(|m| m.front);
     let places = || report.methods.iter().map(at);
-    let family = |family: MethodFamily| Key {
-        shown: Shown::Point,
-        class: family.name(),
-        label: family.name(),
-    };
     let step =
         Key { shown: Shown::Line, class: "front", label: "front: the least error in the time" };
     let chart = Chart {
@@ -105,7 +100,11 @@ pub fn picture(report: &SpeedError) -> String {
         ),
         curves: vec![Curve { class: "front".to_owned(), points: stairs(&front) }],
         marks: first.into_iter().chain(rest).map(mark).collect(),
-        key: MethodFamily::ALL.map(family).into_iter().chain([step]).collect(),
+        key: MethodFamily::ALL
+            .map(|family| Key { shown: Shown::Point, class: family.name(), label: family.name() })
+            .into_iter()
+            .chain([step])
+            .collect(),
     };
     chart.file(STYLE)
 }

@@ -85,11 +85,10 @@ fn append(
     let corners = |ids: [usize; 3], of: &[DVec3]| -> Option<[DVec3; 3]> {
         Some([*of.get(ids[0])?, *of.get(ids[1])?, *of.get(ids[2])?])
     };
-    let triangle = |ids: [usize; 3]| {
+    triangles.extend(index_triples(primitive.mode(), &indices).into_iter().filter_map(|ids| {
         let normals = normals.as_ref().and_then(|normals| corners(ids, normals));
         corners(ids, &positions).map(|corners| Triangle { corners, normals })
-    };
-    triangles.extend(index_triples(primitive.mode(), &indices).into_iter().filter_map(triangle));
+    }));
 }
 
 /// The corners of each triangle; points and lines have none.
