@@ -47,11 +47,11 @@ impl G1Table {
         let start = border(first);
         let fit = interpolation::<ORDER>();
         let piece = |low: f64, high: f64| -> [f64; ORDER] {
-            (fit * SVector::from(nodes().map(|v| {
+            let value = |v: f64| {
                 let cot = 0.5 * ((high + low) + (high - low) * v);
                 mixture.g1(cot) / cot
-            })))
-            .into()
+            };
+            (fit * SVector::from(nodes().map(value))).into()
         };
         let octaves = (first..end).map(|number| piece(border(number), border(number + 1)));
         Self { first, start, pieces: std::iter::once(piece(0.0, start)).chain(octaves).collect() }
