@@ -129,11 +129,11 @@ impl Asset {
         let Subject { material, measured } = subject;
         let error = measured.map(Measured::stated_error).or_else(|| stated_error(material));
         let mixture = fit::mixture::for_picture(material);
-        let used = |texture: &&Texture| texture.holds(placed.row);
+        let used = textures.iter().filter(|texture| texture.holds(placed.row));
         Self {
             material: MaterialEntry::new(placed, mixture, error),
             gltf: measured.map_or_else(|| best_gltf(material), |measured| measured.gltf),
-            textures: textures.iter().filter(used).cloned().collect(),
+            textures: used.cloned().collect(),
         }
     }
 }

@@ -7,8 +7,9 @@ use rayon::prelude::*;
 use crate::brdf::{MaskingKind, SgdBrdf};
 use crate::lut::albedo::{self, Albedo};
 use crate::lut::bend::Bends;
-use crate::lut::covering::{Covering, Extremes, Places, Verdict, warps};
+use crate::lut::covering::{Covering, Places, Verdict, warps};
 use crate::lut::error::{BakeError, LeftOut};
+use crate::lut::extremes::Extremes;
 use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure};
 use crate::lut::probe::{Probe, probes, probes_of_pair};
 use crate::lut::quantity::Quantity;
@@ -34,6 +35,21 @@ pub struct Baked {
     pub placed: Vec<Placed>,
     /// The lobes that were left out, and why.
     pub left_out: Vec<LeftOut>,
+}
+
+impl Baked {
+    /// The table of a quantity that all materials share.
+    #[must_use]
+    pub fn table(&self, quantity: Quantity) -> Option<&Table> {
+        self.tables.iter().find(|table| table.quantity == quantity)
+    }
+
+    /// The 3D table of a row.
+    #[must_use]
+    pub fn volume(&self, row: usize) -> Option<&Table> {
+        let mut volumes = self.tables.iter().filter(|table| table.quantity == Quantity::Brdf3d);
+        volumes.find(|table| table.row == Some(row))
+    }
 }
 
 /// A material with its exact values at the probes.

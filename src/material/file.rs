@@ -278,11 +278,11 @@ impl<'t> Section<'t> {
 
     /// The masking fit, if any of its three keys is there.
     fn masking(&self) -> Result<Option<MaskingParams>, Located> {
-        let masking = || {
-            let [lambda, c, k] = MASKING.map(|key| self.number(key));
-            Ok(MaskingParams { lambda: lambda?, c: c?, k: k? })
-        };
-        MASKING.iter().any(|key| self.has(key)).then(masking).transpose()
+        if !MASKING.iter().any(|key| self.has(key)) {
+            return Ok(None);
+        }
+        let [lambda, c, k] = MASKING.map(|key| self.number(key));
+        Ok(Some(MaskingParams { lambda: lambda?, c: c?, k: k? }))
     }
 
     fn section(&self, name: &str) -> Result<Section<'t>, Located> {
@@ -298,12 +298,13 @@ impl<'t> Section<'t> {
             return Ok(Vec::new());
         }
         self.value(name, "an array of tables", |value| {
-            let tables = value.get_ref().as_array()?.iter().enumerate();
-            let section = |(i, table): (usize, &'t Spanned<DeValue<'t>>)| {
+            let mut sections = Vec::new();
+            for (i, table) in value.get_ref().as_array()?.iter().enumerate() {
                 let entries = table.get_ref().as_table()?;
-                Some(Section { entries, name: format!("{name} {}", i + 1), span: table.span() })
-            };
-            tables.map(section).collect()
+                let name = format!("{name} {}", i + 1);
+                sections.push(Section { entries, name, span: table.span() });
+            }
+            Some(sections)
         })
     }
 
@@ -327,8 +328,9 @@ impl<'t> Section<'t> {
         accepted: &'static str,
         read: impl FnOnce(&'t Spanned<DeValue<'t>>) -> Option<T>,
     ) -> Result<T, Located> {
-        let missing = || (Problem::MissingKey(self.dotted(key)), self.span.clone());
-        let value = self.entries.get(key).ok_or_else(missing)?;
+        let Some(value) = self.entries.get(key) else {
+            return Err((Problem::MissingKey(self.dotted(key)), self.span.clone()));
+        };
         read(value).ok_or_else(|| {
             let (key, found) = (self.dotted(key), value.get_ref().type_str());
             (Problem::WrongType { key, found, accepted }, value.span())

@@ -187,16 +187,22 @@ impl ChannelParams {
 
     /// The lobe that colours the channel of this index alone.
     fn lobe(&self, channel: usize) -> Result<LobeParams, ParameterError> {
-        let alone = |value: f64| std::array::from_fn(|c| if c == channel { value } else { 0.0 });
         LobeParams::new(LobeFields {
             alpha: self.alpha,
             p: self.p,
             masking: self.masking,
-            rho_s: alone(self.rho_s),
-            f0: alone(self.f0),
-            f1: alone(self.f1),
+            rho_s: alone(self.rho_s, channel),
+            f0: alone(self.f0, channel),
+            f1: alone(self.f1, channel),
         })
     }
+}
+
+/// A colour that is 0 but for one channel.
+fn alone(value: f64, channel: usize) -> [f64; 3] {
+    let mut colour = [0.0; 3];
+    colour[channel] = value;
+    colour
 }
 
 impl LobeParams {

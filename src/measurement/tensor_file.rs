@@ -276,8 +276,8 @@ impl Data<'_> {
 /// Writes a tensor file.
 pub fn write(writer: &mut impl Write, tensors: &[Tensor<'_>]) -> io::Result<()> {
     let mut writer = io::BufWriter::new(writer);
-    let entry = |t: &Tensor<'_>| 2 + t.name.len() + 2 + 1 + 8 + 8 * t.shape.len();
-    let directory = MAGIC.len() + VERSION.len() + 4 + tensors.iter().map(entry).sum::<usize>();
+    let entries = tensors.iter().map(|t| 2 + t.name.len() + 2 + 1 + 8 + 8 * t.shape.len());
+    let directory = MAGIC.len() + VERSION.len() + 4 + entries.sum::<usize>();
     writer.write_all(&MAGIC)?;
     writer.write_all(&VERSION)?;
     writer.write_all(&(tensors.len() as u32).to_le_bytes())?;

@@ -65,8 +65,8 @@ impl G1Polynomial {
 /// The leading coefficients of a Chebyshev series, without the last ones that together stay below
 /// `negligible`.
 fn needed(series: &[f64], negligible: f64) -> &[f64] {
-    let tail = |count: &usize| series[*count..].iter().map(|a| a.abs()).sum::<f64>();
-    let count = (0..series.len()).find(|count| tail(count) <= negligible);
+    let count = (0..series.len())
+        .find(|count| series[*count..].iter().map(|a| a.abs()).sum::<f64>() <= negligible);
     &series[..count.unwrap_or(series.len())]
 }
 

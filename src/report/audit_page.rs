@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::material::Channel;
-use crate::report::audit::{Audit, ChannelAudit, Law, Stored};
+use crate::report::audit::{Audit, ChannelAudit, Stored};
+use crate::report::laws::Law;
 
 /// The audit of any number of materials as one page: the laws, then what the published numbers
 /// do beyond them.
@@ -73,9 +74,6 @@ fn findings(audits: &[Audit]) -> String {
         let from =
             channel.gains_energy_from_deg.map_or("–".to_owned(), |angle| format!("{angle:.1}°"));
         let [low, high] = channel.fresnel;
-        let mark = |outside: bool, value: f64| {
-            if outside { format!("**{value:.3}**") } else { format!("{value:.3}") }
-        };
         let _ = writeln!(
             text,
             "| {name} | {} | {from} | {} | {} | {} |",
@@ -86,6 +84,11 @@ fn findings(audits: &[Audit]) -> String {
         );
     }
     text + "\n"
+}
+
+/// A number, in bold if it is one that should not be.
+fn mark(outside: bool, value: f64) -> String {
+    if outside { format!("**{value:.3}**") } else { format!("{value:.3}") }
 }
 
 /// What one material's numbers break, a sentence each; one that says so where nothing is broken.

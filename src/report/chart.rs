@@ -272,8 +272,9 @@ impl Chart {
             [x - width, y - gap - height],
             [x - width, y + gap],
         ];
-        let inside = |[left, _]: &[f64; 2]| *left > MARGIN[0] && left + width < self.size[0];
-        let inside = corners.into_iter().filter(inside);
+        let inside = corners
+            .into_iter()
+            .filter(|[left, _]| *left > MARGIN[0] && left + width < self.size[0]);
         inside.map(|[left, top]| [left, top, left + width, top + height]).collect()
     }
 
@@ -329,19 +330,15 @@ mod tests {
 
     #[test]
     fn labels_stand_clear_or_not_at_all() {
-        let mark = |x: f64| Mark {
-            class: "m".into(),
-            at: [x, 0.5],
-            label: "label".into(),
-            always_named: false,
-        };
+        let mark =
+            Mark { class: "m".into(), at: [0.5, 0.5], label: "label".into(), always_named: false };
         let mut chart = Chart {
             title: String::new(),
             size: [300.0, 200.0],
             x: Axis::linear("x", 0.0, 1.0),
             y: Axis::linear("y", 0.0, 1.0),
             curves: vec![],
-            marks: vec![mark(0.5); 9],
+            marks: vec![mark; 9],
             key: vec![],
         };
         let labels = |chart: &Chart| {

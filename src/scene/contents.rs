@@ -140,13 +140,16 @@ impl Contents {
     /// Another kind of file, a damaged one, or one without an entry.
     pub fn of_texture(bytes: &[u8]) -> Result<Self, EntryError> {
         let entry = read_entry(bytes)?;
-        let material = |(index, name): (usize, &String)| MaterialContent {
+        let materials = entry.rows.iter().enumerate().map(|(index, name)| MaterialContent {
             name: name.clone(),
             row: Some(entry.row.unwrap_or(index)),
             slot: None,
-        };
-        let materials = entry.rows.iter().enumerate().map(material).collect();
-        Ok(Self { materials, textures: vec![entry], ..Self::empty(Kind::Texture) })
+        });
+        Ok(Self {
+            materials: materials.collect(),
+            textures: vec![entry],
+            ..Self::empty(Kind::Texture)
+        })
     }
 
     /// The contents of a scene.

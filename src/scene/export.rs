@@ -317,8 +317,9 @@ impl Job<'_> {
     /// Primitives without a material get the one at `index`.
     fn assign_bare_primitives(&mut self, index: usize) -> Result<(), SceneError> {
         for (at, mesh) in self.scene.outline.meshes.iter().enumerate() {
-            let bare = |i: &usize| mesh.primitives[*i].material.is_none();
-            let bare: Vec<usize> = (0..mesh.primitives.len()).filter(bare).collect();
+            let bare: Vec<usize> = (0..mesh.primitives.len())
+                .filter(|i| mesh.primitives[*i].material.is_none())
+                .collect();
             if bare.is_empty() {
                 continue;
             }
@@ -405,19 +406,27 @@ pub(super) fn mime(path: &Path) -> Option<&'static str> {
 
 /// The first `length` bytes of the pieces.
 fn start(pieces: Vec<Bytes>, mut length: u64) -> Vec<Bytes> {
-    let cut = |piece: Bytes| {
+    let mut start = Vec::with_capacity(pieces.len());
+    for piece in pieces {
         let part = piece.len().min(length);
+        if part > 0 {
+            start.push(piece.slice(0..part));
+        }
         length -= part;
-        (part > 0).then(|| piece.slice(0..part))
-    };
-    pieces.into_iter().filter_map(cut).collect()
+    }
+    start
 }
 
 fn decode_data_uri(uri: &str) -> Result<Bytes, SceneError> {
     let content = uri.split_once(";base64,").map(|(_, content)| content);
     let bytes = content.and_then(|content| BASE64_STANDARD.decode(content).ok());
-    let invalid = || SceneError::Invalid("buffers[0].uri".into(), "is no base64 data URI".into());
-    Ok(bytes.ok_or_else(invalid)?.into())
+    match bytes {
+        Some(bytes) => Ok(bytes.into()),
+        None => {
+            let problem = "is not a base64 data URI".to_owned();
+            Err(SceneError::Invalid("buffers[0].uri".to_owned(), problem))
+        }
+    }
 }
 
 impl OutputFile {

@@ -253,11 +253,8 @@ impl Scene {
                 false => walk::visit(raw, &mut take),
             }
         }
-        let there = |uri: String| {
-            let resource = Resource::new(&uri).ok()??;
-            resource.locate(self.folder()).ok().map(|_| resource)
-        };
-        Ok(uris.into_iter().filter_map(there).collect())
+        let resources = uris.iter().filter_map(|uri| Resource::new(uri).ok()?);
+        Ok(resources.filter(|resource| resource.locate(self.folder()).is_ok()).collect())
     }
 
     /// The addresses of lookup textures in materials that are not replaced.
