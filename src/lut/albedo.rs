@@ -1,5 +1,5 @@
-//! The albedo table: what share of the light a surface's specular term reflects, in three terms
-//! from which any Fresnel curve's share follows.
+//! The albedo table: the share of the light that a surface's specular term reflects, in three terms
+//! from which the share of any Fresnel curve follows.
 //!
 //! # Formula
 //!
@@ -37,7 +37,7 @@ pub struct Checks {
 }
 
 impl Checks {
-    /// The moments at points that are no texel centres of any small table.
+    /// The moments at points that are not texel centres of any small table.
     #[must_use]
     pub fn new(rows: &[Row]) -> Self {
         let u: Vec<f64> =

@@ -81,8 +81,7 @@ impl CellErrors {
     }
 }
 
-/// g = (1+δ_D)(1+δ_i)(1+δ_o), what a product of D, G1(wi) and G1(wo) grows by, from their relative
-/// errors.
+/// g = (1+δ_D)(1+δ_i)(1+δ_o), the factor by which D G1(wi) G1(wo) grows, from relative errors δ.
 #[must_use]
 pub fn growth([d, g1_i, g1_o]: [Interval; 3]) -> Interval {
     [0, 1].map(|end| (1.0 + d[end]) * (1.0 + g1_i[end]) * (1.0 + g1_o[end]))

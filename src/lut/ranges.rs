@@ -1,4 +1,4 @@
-//! What the pairs of a box of directions share: intervals of their angles, and of a lobe's factors.
+//! Intervals of the angles of a box of pairs, and of a lobe's factors over it.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2};
 

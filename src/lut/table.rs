@@ -256,7 +256,7 @@ fn mix(a: [f32; 3], b: [f32; 3], weight: f32) -> [f32; 3] {
 /// How texels are mixed between their centres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
-    /// Fetched one by one and mixed in f32, as the decoders beside the textures do.
+    /// Fetched one by one and mixed in f32, as the decoders written with the textures do.
     Fetched,
     /// By a texture unit whose weights are rounded to multiples of 1/256.
     Hardware,

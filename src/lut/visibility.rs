@@ -31,7 +31,7 @@ const LOWEST: f32 = -0.7;
 pub struct Visibility {
     /// s.
     scale: f32,
-    /// What takes u into [0, 2].
+    /// The factor that takes u into [0, 2].
     stretch: f32,
     /// Coefficients over [−1, 1] of each lobe, and how many there are.
     coefficients: [[f32; MAX_ORDER]; 3],
@@ -132,7 +132,7 @@ mod tests {
         }
     }
 
-    /// What the longest polynomials leave of a product.
+    /// The error of a product by the longest polynomials.
     const POLYNOMIALS: f64 = 1.5e-5;
 
     /// G1/cosθ.

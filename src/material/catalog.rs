@@ -20,7 +20,7 @@ pub struct CatalogEntry {
     pub printed: [Printed; 3],
 }
 
-/// Printed columns that are no parameters.
+/// Printed columns other than parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Printed {
     /// Normalisation K = 1/(α Γ(1−p, α)).
@@ -121,7 +121,7 @@ fn parse_table() -> Vec<CatalogEntry> {
         .collect()
 }
 
-/// How much a name resembles another, more so where it is part of it.
+/// The resemblance of a name to another, larger where it is part of it.
 fn similarity(name: &str, other: &str) -> f64 {
     let part = if other.contains(name) { 1.0 } else { 0.0 };
     strsim::jaro_winkler(&name.to_lowercase(), other) + part

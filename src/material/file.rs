@@ -87,7 +87,7 @@ pub enum Problem {
     MissingKey(String),
     /// The file mixes the two forms.
     #[error(
-        "found `{0}` beside rho_d and [[lobe]]; use either [r], [g], [b] or rho_d and [[lobe]]"
+        "found `{0}` together with rho_d and [[lobe]]; use either [r], [g], [b] or rho_d and [[lobe]]"
     )]
     BothForms(String),
     /// The name is empty.
@@ -321,7 +321,7 @@ impl<'t> Section<'t> {
         (Problem::OutOfRange { section: self.name.clone(), error }, span)
     }
 
-    /// What `read` makes of the value of a key.
+    /// The value of a key as `read` understands it.
     fn value<T>(
         &self,
         key: &str,
@@ -430,7 +430,7 @@ f1 = -0.6
                 "m.toml:6: `lobe 1.rho_s` is of type array",
             ),
             (file(&lobe.replace("0.1", "-1")), "m.toml:4: lobe 1.alpha = -1 is out of range"),
-            (file("[r]\nrho_d = 1"), "m.toml:3: found `r` beside rho_d"),
+            (file("[r]\nrho_d = 1"), "m.toml:3: found `r` together with rho_d"),
         ];
         for (text, expected) in cases {
             let message = refusal(&text);

@@ -109,7 +109,7 @@ pub fn at_cot(cot: f64) -> DVec3 {
     from_cos_sin(cot * sin, sin, 0.0)
 }
 
-/// `(cosθ, sinθ)` of an angle in degrees, exact at 0 and 90 and accurate beside them.
+/// `(cosθ, sinθ)` of an angle in degrees, exact at 0 and 90 and accurate near them.
 #[must_use]
 pub fn cos_sin_degrees(theta: f64) -> (f64, f64) {
     ((90.0 - theta).to_radians().sin(), theta.to_radians().sin())

@@ -271,7 +271,7 @@ fn newton_step(
     Some(step)
 }
 
-/// How much of `step` stays inside, at most 1, and the unknown that stops it.
+/// The share of `step` that stays inside, at most 1, and the unknown that stops it.
 fn feasible_length(x: &DVector<f64>, step: &DVector<f64>, bounds: &Bounds) -> (f64, Option<usize>) {
     let mut shortest = (1.0, None);
     for i in 0..x.len() {

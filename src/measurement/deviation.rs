@@ -1,4 +1,4 @@
-//! How far a stored reflectance is from the one it was made of.
+//! The distance of a stored reflectance from the one it was made of.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -38,7 +38,7 @@ impl Deviation {
         exact.eval_all(&pairs, &mut g);
         let mut errors: Vec<f64> = f
             .into_iter()
-            // What is negative is stored as 0.
+            // Negative values are stored as 0.
             .zip(g.into_iter().map(|g| g.map(|g| g.max(0.0))))
             .filter_map(|(f, g)| relative_error(f, g))
             .collect();

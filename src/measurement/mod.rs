@@ -155,7 +155,7 @@ impl Reflectance for Measurement {
     }
 }
 
-/// What the beginning of a file tells about it.
+/// The format of a file, as far as its beginning tells.
 enum Content {
     Merl,
     Rgl,

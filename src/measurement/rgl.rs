@@ -64,7 +64,7 @@ pub struct Rgl {
     pub(super) luminance: Grid,
     /// Layers of red, green and blue for each θi.
     pub(super) rgb: Grid,
-    /// Whether ndf/(4 sigma) is a factor.
+    /// True if ndf/(4 sigma) is a factor.
     pub(super) jacobian: bool,
 }
 

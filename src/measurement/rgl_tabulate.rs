@@ -98,7 +98,7 @@ impl Rgl {
         (rgb.collect(), luminance.collect())
     }
 
-    /// What a node of the colours holds: f cosθo · 4 sigma/ndf, and 0 below the horizon, so that
+    /// The values at a node of the colours: f cosθo · 4 sigma/ndf, and 0 below the horizon, so that
     /// nothing that is interpolated is negative.
     fn node(&self, reflectance: &dyn Reflectance, theta_i: f64, at: DVec2, density: f64) -> Node {
         let wi = spherical(theta_i, 0.0);
@@ -126,7 +126,7 @@ struct Node {
     share: f64,
 }
 
-/// f cosθo against θh, the mean of a few θd beside the plane of incidence and of the colours.
+/// f cosθo against θh, the mean of a few θd across the plane of incidence and of the colours.
 fn profile(reflectance: &dyn Reflectance) -> Grid {
     let values: Vec<f64> = (0..PROFILE_NODES).map(|node| reflected(reflectance, node)).collect();
     let largest = values.iter().copied().fold(0.0, f64::max);
@@ -162,7 +162,7 @@ fn nodes_density(ndf: &Grid) -> Vec<f32> {
     relative.map(|relative| (1.0 - FOLLOWING + FOLLOWING * relative) as f32).collect()
 }
 
-/// How much ln ndf changes within a step to both sides of u.
+/// The change of ln ndf within a step to both sides of u.
 fn change(ndf: &Grid, u: f64, step: f64) -> f64 {
     // In halves, so that a maximum between them is not missed.
     let values = [-1.0, -0.5, 0.0, 0.5, 1.0]

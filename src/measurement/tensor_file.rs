@@ -18,7 +18,7 @@ const VERSION: [u8; 2] = [1, 0];
 const MOST_FIELDS: u64 = 64;
 const MOST_NAME: u64 = 256;
 const MOST_DIMENSIONS: u64 = 8;
-/// What the data of a field is aligned to, for readers that map the file.
+/// The alignment of a field's data, for readers that map the file.
 const ALIGNMENT: usize = 8;
 
 /// The number types of fields that the measurements are made of.

@@ -15,7 +15,7 @@ use crate::preview::environment::{Arriving, Environment};
 use crate::preview::film::{Film, Pixel};
 use crate::preview::shape::{Hit, Shape};
 
-/// How much work a picture is.
+/// The work that a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quality {
     /// Width and height in pixels.
@@ -77,14 +77,14 @@ pub fn render<const MODELS: usize>(
     })
 }
 
-/// What the directions for a material are drawn from: GGX lobes tuned to its own, by their visible
+/// The sampler of directions for a material: GGX lobes tuned to its own, by their visible
 /// normals, whose density costs less than the material's own.
 #[must_use]
 pub fn drawn_from(material: &Material) -> Sampler {
     Sampler::new(material, MaskingKind::Fitted, Strategy::Ggx)
 }
 
-/// What the directions for a reflectance without parameters are drawn from: as for the material of
+/// The sampler of directions for a reflectance without parameters: that of the material of
 /// the catalogue whose values are nearest to its own.
 ///
 /// # Panics
@@ -217,7 +217,7 @@ impl Paths {
         self.points.clear();
     }
 
-    /// What the pixel shows when `model` reflects the light of these paths.
+    /// The pixel if `model` reflects the light of these paths.
     fn seen(&mut self, model: &dyn Reflectance, alpha: f64) -> Seen {
         if self.points.is_empty() {
             return Seen::default();
@@ -249,7 +249,7 @@ impl Paths {
 /// An odd constant that tells the random streams of pixels apart (2⁶⁴/golden ratio).
 const STREAM: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Where a pixel's sequences start.
+/// The start of a pixel's sequences.
 struct Start {
     point: [f64; 2],
     light: [f64; 2],

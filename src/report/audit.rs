@@ -1,5 +1,5 @@
-//! What a material's parameters keep and what they break: the model's laws, and the limits that
-//! a fit to measurements is free to leave.
+//! The audit of a material: the model's laws, and the limits that a fit to measurements is free to
+//! leave.
 
 use std::f64::consts::PI;
 
@@ -27,7 +27,7 @@ pub struct Audit {
 /// The findings about one channel.
 #[derive(Clone, Debug, Serialize)]
 pub struct ChannelAudit {
-    /// Which channel.
+    /// The channel.
     pub channel: Channel,
     /// The laws that hold for any parameters, of the lobes that colour the channel.
     pub laws: Vec<Check>,
@@ -55,11 +55,11 @@ pub struct AlbedoAt {
 /// A quantity's largest magnitude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct HalfRange {
-    /// Which quantity, stored as it is.
+    /// The quantity, stored as it is.
     pub quantity: Stored,
     /// Its largest magnitude.
     pub largest: f64,
-    /// Whether that is above 65504, the largest half float.
+    /// True if that is above 65504, the largest half float.
     pub overflows: bool,
 }
 

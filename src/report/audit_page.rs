@@ -91,7 +91,7 @@ fn mark(outside: bool, value: f64) -> String {
     if outside { format!("**{value:.3}**") } else { format!("{value:.3}") }
 }
 
-/// What one material's numbers break, a sentence each; one that says so where nothing is broken.
+/// The limits that a material's numbers break, a sentence each, or one that says that none is broken.
 #[must_use]
 pub fn findings_of(audit: &Audit) -> Vec<String> {
     let mut found: Vec<String> = audit.channels.iter().flat_map(channel_findings).collect();
@@ -120,7 +120,7 @@ fn channel_findings(channel: &ChannelAudit) -> Vec<String> {
     energy.into_iter().chain(fresnel).chain(half).collect()
 }
 
-/// Which quantities a half float cannot hold as they are.
+/// The quantities that a half float cannot hold as they are.
 fn half_floats(audits: &[Audit]) -> String {
     let mut text = String::from(
         "## Half floats\n\nA half float ends at 65504. The largest value of each quantity:\n\n\
@@ -156,7 +156,7 @@ fn half_floats(audits: &[Audit]) -> String {
     text + "\n"
 }
 
-/// How good the published masking fits are.
+/// The errors of the published masking fits.
 fn masking(audits: &[Audit]) -> String {
     let mut differences: Vec<_> = channels(audits)
         .map(|(name, channel)| (name, channel.channel, channel.masking_difference))

@@ -20,18 +20,18 @@ pub struct Curve {
 pub struct Mark {
     /// CSS classes.
     pub class: String,
-    /// Where.
+    /// Its place.
     pub at: [f64; 2],
-    /// What stands beside it where there is room, and always where it is pointed at.
+    /// Its label, drawn next to it where there is room, and always when it is pointed at.
     pub label: String,
-    /// Whether the label stands even where there is no room.
+    /// True to draw the label even where there is no room.
     pub always_named: bool,
 }
 
 /// An entry of a key: a line or a point in its style, and what that stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
-    /// Whether it shows a line or a point.
+    /// A line or a point.
     pub shown: Shown,
     /// CSS classes of what is shown.
     pub class: &'static str,
@@ -63,7 +63,7 @@ pub struct Chart {
     pub curves: Vec<Curve>,
     /// Labelled points.
     pub marks: Vec<Mark>,
-    /// What stands under the title to explain the styles.
+    /// The explanation of the styles, drawn under the title.
     pub key: Vec<Key>,
 }
 
@@ -236,7 +236,7 @@ impl Chart {
         }
     }
 
-    /// Points, each named when pointed at, and the labels that have room beside them.
+    /// Points, each named when pointed at, and the labels that have room.
     fn draw_marks(&self, svg: &mut String) {
         let places: Vec<[f64; 2]> = self.marks.iter().map(|mark| self.place(mark.at)).collect();
         let points = places.iter().map(|[x, y]| [x - POINT, y - POINT, x + POINT, y + POINT]);

@@ -1,4 +1,4 @@
-//! The directional albedo ∫ f cosθi dωi by sampling, beside its value by quadrature.
+//! The directional albedo ∫ f cosθi dωi by sampling, next to its value by quadrature.
 
 use glam::DVec3;
 use rand::{RngExt as _, SeedableRng as _};

@@ -14,7 +14,7 @@ use crate::microfacet::{Distribution as _, FittedMasking, Sgd, SgdNdf};
 /// A law and how far the evaluator is from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Check {
-    /// Which.
+    /// The law.
     pub law: Law,
     /// The largest deviation measured.
     pub deviation: f64,
@@ -22,7 +22,7 @@ pub struct Check {
     pub bound: f64,
 }
 
-/// What holds for any parameters in range, if the evaluator is right.
+/// A property of any parameters in range, if the evaluator is right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Law {
@@ -98,7 +98,7 @@ fn facing_mean(a: f64, b: f64) -> f64 {
     (a * limit + b * limit.sin()) / PI
 }
 
-/// How far above 1 the albedo with F ≡ 1 comes.
+/// The excess over 1 of the albedo with F ≡ 1.
 #[must_use]
 pub fn no_gain(lobe: &Lobe<Sgd>) -> Check {
     let gains = [0.0, 40.0, 70.0, 85.0, 89.0]
@@ -107,7 +107,7 @@ pub fn no_gain(lobe: &Lobe<Sgd>) -> Check {
     Check { law: Law::NoGain, deviation, bound: 1e-5 }
 }
 
-/// How far G1 leaves [0, 1] or rises with θ.
+/// The largest distance of G1 from [0, 1], or its largest rise with θ.
 #[must_use]
 pub fn falling_masking(lobe: &Lobe<Sgd>) -> Check {
     let angles = (0..=360).map(|step| cos_sin_degrees(f64::from(step) * 0.25));
@@ -118,21 +118,21 @@ pub fn falling_masking(lobe: &Lobe<Sgd>) -> Check {
     Check { law: Law::FallingMasking, deviation, bound: 1e-12 }
 }
 
-/// The largest excess, 0 where there is none; NaN where one is NaN, which keeps no law.
+/// The largest excess, 0 where there is none; NaN if one is NaN, which keeps no law.
 #[must_use]
 pub fn worst(excesses: impl IntoIterator<Item = f64>) -> f64 {
     let excesses = excesses.into_iter().map(|excess| excess.clamp(0.0, f64::INFINITY).abs());
     excesses.max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
-/// How far K is from the printed one.
+/// The relative difference of K from the printed one.
 #[must_use]
 pub fn printed_k(lobe: &LobeParams, printed: f64) -> Check {
     let deviation = (SgdNdf::new(lobe.alpha(), lobe.p()).k() / printed - 1.0).abs();
     Check { law: Law::PrintedK, deviation, bound: PRINT_PRECISION }
 }
 
-/// How far θ0 is from the printed one; `None` of a lobe without a masking fit.
+/// The difference of θ0 from the printed one; `None` of a lobe without a masking fit.
 #[must_use]
 pub fn printed_theta0(lobe: &LobeParams, printed: f64) -> Option<Check> {
     let theta0 = FittedMasking::new(lobe.masking()?).theta0();

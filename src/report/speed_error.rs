@@ -45,7 +45,7 @@ pub struct Measured {
     pub preparation_ms: f64,
     /// Error against exact f64.
     pub error: Deviation,
-    /// Whether it is on the Pareto front of time and largest error: `margin` > 1.
+    /// True on the Pareto front of time and largest error: `margin` > 1.
     pub front: bool,
     /// Its time ratio over the limit that comes nearest to pushing it off, see [`margins`]; null in
     /// JSON where no other method can.
@@ -82,7 +82,7 @@ impl MethodFamily {
     }
 }
 
-/// How thoroughly to measure.
+/// The thoroughness of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// Fewer methods and rounds: seconds per material.

@@ -24,7 +24,7 @@ pub struct Contents {
     /// The rest of a scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<SceneContent>,
-    /// Remarks on the file that are no error.
+    /// Remarks on the file that are not errors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
 }
@@ -53,10 +53,10 @@ pub struct MaterialContent {
     pub slot: Option<String>,
 }
 
-/// The parts of a scene that are no measured material.
+/// The parts of a scene other than measured materials.
 #[derive(Debug, Serialize)]
 pub struct SceneContent {
-    /// How many of each kind.
+    /// The number of each kind.
     #[serde(flatten)]
     pub counts: Counts,
     /// The document's `extensionsUsed`.
@@ -76,7 +76,7 @@ pub struct SlotContent {
     pub meshes: Vec<String>,
     /// Triangles that use it.
     pub triangles: u64,
-    /// Whether anything uses it.
+    /// True if anything uses it.
     pub used: bool,
 }
 

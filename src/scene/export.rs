@@ -38,7 +38,7 @@ pub struct OutputFile {
     pub path: PathBuf,
     /// Its content, to be concatenated.
     pub pieces: Vec<Bytes>,
-    /// Whether it is a file of the input, unchanged.
+    /// True for a file of the input, unchanged.
     pub copy: bool,
 }
 
@@ -82,7 +82,7 @@ struct Job<'s> {
     folder: PathBuf,
     draft: Draft<'s>,
     files: Vec<OutputFile>,
-    /// File names taken beside the target.
+    /// File names in the target's folder that are taken.
     names: HashSet<PathBuf>,
     /// Where the bytes of a texture went: its buffer view or its address.
     stored: HashMap<*const u8, Location>,
@@ -120,7 +120,7 @@ impl Job<'_> {
         if self.folder == Path::new("") { Path::new(".") } else { &self.folder }
     }
 
-    /// Returns whether files beside the input move into the target.
+    /// Returns whether the input's files move into the target.
     fn embeds(&self) -> bool {
         self.container == Container::Glb
             && !matches!(self.scene.source, Source::File(Container::Glb, _))
@@ -367,7 +367,7 @@ impl Job<'_> {
         }
     }
 
-    /// A free file name beside the target: its stem, a number where that is taken, `ending`.
+    /// A free file name in the target's folder: its stem, a number where that is taken, `ending`.
     fn name(&mut self, ending: &str) -> String {
         let names = std::iter::once(format!("{}.{ending}", self.stem))
             .chain((2..).map(|n| format!("{}-{n}.{ending}", self.stem)));

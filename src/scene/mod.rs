@@ -66,7 +66,7 @@ use resource::Resource;
 use text::Pieces;
 use walk::Member;
 
-/// How much of what a scene has.
+/// The number of each kind of thing in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// Meshes.
@@ -179,7 +179,7 @@ impl Scene {
         slot::slots(&self.outline)
     }
 
-    /// How much there is of what.
+    /// The number of each kind of thing.
     pub fn counts(&self) -> Counts {
         let outline = &self.outline;
         let triangles = self.slots().iter().fold(0u64, |n, slot| n.saturating_add(slot.triangles));
@@ -232,8 +232,8 @@ impl Scene {
     }
 
     /// Files that extensions name by a member `uri`, but for those of the replaced materials.
-    /// What an unknown extension means by one is not known: what is no file within the scene's
-    /// folder is passed over.
+    /// An unknown extension may use the key for something else, so an address that is not a file in
+    /// the scene's folder is passed over.
     fn extension_files(&self, replaced: &BTreeSet<usize>) -> serde_json::Result<Vec<Resource>> {
         let mut uris = BTreeSet::new();
         let mut take = |member: &Member<'_>| {

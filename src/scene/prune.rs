@@ -32,7 +32,7 @@ impl Scene {
     /// to be replaced show.
     ///
     /// # Errors
-    /// Materials that are no valid JSON objects.
+    /// Materials that are not valid JSON objects.
     pub fn pruned(self, assigned: &[(SlotId, &Asset)]) -> Result<Self, SceneError> {
         let images = self.unused_images(assigned)?;
         let released = self.released(&images, assigned);

@@ -71,7 +71,7 @@ fn refusal(uri: &str) -> Option<&'static str> {
         None if path.components().any(|part| part == Component::ParentDir) => {
             Some("leaves the scene's folder")
         }
-        None if uri.is_empty() || uri.contains('\0') => Some("is no file name"),
+        None if uri.is_empty() || uri.contains('\0') => Some("is not a file name"),
         None => None,
     }
 }

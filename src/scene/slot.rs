@@ -38,7 +38,7 @@ pub struct Slot {
     pub primitives: usize,
     /// Triangles that use it.
     pub triangles: u64,
-    /// Whether a primitive or a variant of one uses it.
+    /// True if a primitive or a variant of one uses it.
     pub used: bool,
 }
 

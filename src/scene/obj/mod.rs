@@ -5,7 +5,7 @@
 //! * Smoothing groups matter where the file has no normals: `s N` smooths within the group, `s off`
 //!   is flat, and a file without any `s` is smooth throughout. Normals are weighted by area.
 //! * Vertex colours are sRGB in the file and linear in glTF; texture v is turned upside down.
-//! * Material libraries are looked for beside the file. A missing one is a warning: its materials
+//! * Material libraries are looked for in the file's folder. A missing one is a warning: its materials
 //!   keep their names and are plain.
 //! * Materials that no face uses are left out.
 
