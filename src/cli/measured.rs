@@ -85,6 +85,13 @@ pub fn distances(distance: Distance) -> Distances {
     Distances { suns, highlights, absolute, relative, lightness }
 }
 
+/// The same of a file, as a comparison finds it.
+#[must_use]
+pub fn distance(distances: Distances) -> Distance {
+    let Distances { suns, highlights, absolute, relative, lightness } = distances;
+    Distance { suns, highlights, absolute, relative, lightness }
+}
+
 /// The head of a table of distances.
 pub const ERRORS: &str = "error against the measurement   ΔE2000 suns  highlights  absolute [1/sr]  \
                           relative  lightness";

@@ -22,6 +22,7 @@ mod man;
 mod materials;
 mod measure;
 mod measured;
+mod model_fit;
 mod preview;
 mod sample;
 mod sheet;

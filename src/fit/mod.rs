@@ -11,6 +11,7 @@ pub mod measured_target;
 pub mod metric;
 pub(crate) mod minima;
 pub mod mixture;
+pub mod mixture_measured;
 pub mod one_lobe;
 pub mod one_lobe_measured;
 pub(crate) mod picture;
