@@ -75,6 +75,17 @@ pub fn best_picture(material: &Material, count: usize) -> SharedMixture {
 ///
 /// As [`best_picture`], with the relative error (D_fit − D)/(D(0) + D) of every lobe in place of
 /// the picture's: no lobe is given up for being dark, no angle for being small.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{fit_mixture, named};
+///
+/// let fit = fit_mixture(named("gold-paint")?, 2);
+/// assert_eq!(fit.mixture.alpha.len(), 2);
+/// println!("largest error of D, relative: {:.3?}", fit.ndf_error);
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[must_use]
 pub fn fit(material: &Material, count: usize) -> MixtureFit {
     fit_target(&Target::new(material), count, Objective::default())
