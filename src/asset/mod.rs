@@ -1,5 +1,5 @@
-//! What an engine is handed for a material: its parameters, its best fits, and the lookup textures
-//! that it shares with the others. Written as a manifest with files beside it, or as the glTF
+//! The product for an engine: a material's parameters, its best fits, and the lookup textures
+//! that it shares with the others. Written as a manifest with its files, or as the glTF
 //! extension [`EXTENSION`] with textures inside the scene; and read back.
 
 mod direct;
@@ -75,7 +75,7 @@ pub enum BuildError {
 pub struct Subject<'a> {
     /// The material.
     pub material: &'a Material,
-    /// What is known of it where it was fitted to a measurement: then the glTF material is the one
+    /// Its origin and errors if it was fitted to a measurement: then the glTF material is the one
     /// that was fitted to the measurement too, which is nearer to the surface.
     pub measured: Option<&'a Measured>,
 }
@@ -129,11 +129,11 @@ impl Asset {
         let Subject { material, measured } = subject;
         let error = measured.map(Measured::stated_error).or_else(|| stated_error(material));
         let mixture = fit::mixture::for_picture(material);
-        let used = |texture: &&Texture| texture.holds(placed.row);
+        let used = textures.iter().filter(|texture| texture.holds(placed.row));
         Self {
             material: MaterialEntry::new(placed, mixture, error),
             gltf: measured.map_or_else(|| best_gltf(material), |measured| measured.gltf),
-            textures: textures.iter().filter(used).cloned().collect(),
+            textures: used.cloned().collect(),
         }
     }
 }
@@ -162,7 +162,7 @@ impl Texture {
 }
 
 impl Product {
-    /// The manifest of the product, for textures that are files beside it.
+    /// The manifest of the product, for textures that are files in its folder.
     #[must_use]
     pub fn manifest(&self) -> Manifest {
         let material =

@@ -111,9 +111,8 @@ impl View {
     /// of it is: at a = tan(½(π/2−θo)) and tan(½(π/2+θo)), or where D has decayed.
     pub(super) fn radial_ends(&self, alpha: f64, largest_decay: f64) -> [f64; 2] {
         let largest = largest_decay * alpha;
-        let to_v = |slope: f64| ((slope * slope).min(largest) / (alpha * alpha)).ln_1p();
         let whole = self.cos / (1.0 + self.sin);
-        [whole, whole.recip()].map(to_v)
+        [whole, whole.recip()].map(|slope| ((slope * slope).min(largest) / (alpha * alpha)).ln_1p())
     }
 
     /// The integral over azimuths of the half vectors with tanθh = a.

@@ -211,8 +211,8 @@ impl SgdBrdf {
     /// The evaluator with the exact masking's accuracy chosen: fewer digits, less time.
     #[must_use]
     pub fn with_accuracy(material: &Material, kind: MaskingKind, accuracy: Accuracy) -> Self {
-        let lobe = |params| Lobe::new(params, kind, accuracy);
-        Self { rho_d: material.rho_d(), lobes: material.lobes().iter().map(lobe).collect() }
+        let lobes = material.lobes().iter().map(|params| Lobe::new(params, kind, accuracy));
+        Self { rho_d: material.rho_d(), lobes: lobes.collect() }
     }
 
     /// The same with its exact masking from tables, for many evaluations.
@@ -226,13 +226,12 @@ impl Brdf<BeckmannMixture> {
     /// A material with the distribution of each lobe replaced by its mixture.
     #[must_use]
     pub fn of_mixture(material: &Material, mixture: &SharedMixture) -> Self {
-        let lobe = |(j, params): (usize, &LobeParams)| Lobe {
+        let lobes = material.lobes().iter().enumerate().map(|(j, params)| Lobe {
             distribution: mixture.of_lobe(j),
             fitted: None,
             rho_s: params.rho_s(),
             fresnel: fresnel(params),
-        };
-        let lobes = material.lobes().iter().enumerate().map(lobe).collect();
-        Self { rho_d: material.rho_d(), lobes }
+        });
+        Self { rho_d: material.rho_d(), lobes: lobes.collect() }
     }
 }

@@ -54,10 +54,10 @@ impl Reflectance for SgdBatch {
     }
 
     fn eval_all(&self, pairs: &[[DVec3; 2]], f: &mut [[f64; 3]]) {
-        let column = |side: usize, axis: usize| -> Vec<f32> {
-            pairs.iter().map(|pair| pair[side][axis] as f32).collect()
-        };
-        let [wi, wo] = [0, 1].map(|side| [0, 1, 2].map(|axis| column(side, axis)));
+        let [wi, wo] = [0, 1].map(|side| {
+            [0, 1, 2].map(|axis| pairs.iter().map(|pair| pair[side][axis] as f32).collect())
+        });
+        let (wi, wo): ([Vec<f32>; 3], [Vec<f32>; 3]) = (wi, wo);
         let mut rgb = [(); 3].map(|()| vec![0.0_f32; pairs.len()]);
         let [r, g, b] = &mut rgb;
         let pairs =

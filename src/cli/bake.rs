@@ -47,7 +47,7 @@ pub struct Arguments {
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// What to store, separated by commas
+    /// The quantities to store, separated by commas
     #[arg(
         long,
         value_name = "LIST",
@@ -145,7 +145,7 @@ impl Arguments {
     }
 }
 
-/// What a bake tells its progress by: each material is sampled and fitted, and may get a 3D table;
+/// The steps of a bake's progress: each material is sampled and fitted, and may get a 3D table;
 /// to compare, each of the catalogue is sampled and gets a 3D table.
 fn steps(arguments: &Arguments, materials: &[Chosen]) -> u64 {
     let tables = usize::from(arguments.quantity.contains(&Quantity::Brdf3d));

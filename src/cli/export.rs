@@ -33,7 +33,7 @@ pub struct Arguments {
     /// A built-in shape in place of a scene
     #[arg(long, value_enum, conflicts_with = "scene")]
     shape: Option<Shape>,
-    /// The file to write: .glb, or .gltf with its buffer and textures beside it
+    /// The file to write: .glb, or .gltf with its buffer and textures in the same folder
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]

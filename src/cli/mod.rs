@@ -73,7 +73,7 @@ enum Command {
     Eval(eval::Arguments),
     /// The factors D, Λ, G1 and F against one angle
     Slice(slice::Arguments),
-    /// The albedo estimated by sampling, beside its quadrature
+    /// The albedo, estimated by sampling and by quadrature
     Sample(sample::Arguments),
     /// A measurement as a material file: SGD lobes fitted to it, with the errors
     Measure(measure::Arguments),
@@ -83,9 +83,9 @@ enum Command {
     Fit(fit::Arguments),
     /// A scene with measured materials in its slots: fitted, with parameters and textures
     Export(export::Arguments),
-    /// What is in a scene, a manifest or a lookup texture
+    /// The contents of a scene, a manifest or a lookup texture
     Inspect(inspect::Arguments),
-    /// What materials keep and break: reciprocity, energy, Fresnel and half-float ranges
+    /// An audit of materials: reciprocity, energy, Fresnel and half-float ranges
     Audit(audit::Arguments),
     /// A picture of a ball or a mesh
     Preview(preview::Arguments),

@@ -14,7 +14,7 @@ use crate::cli::failure::Failure;
 use crate::cli::ownership::is_ours;
 use crate::cli::terminal::{name, printable, printable_json};
 
-/// Whether a command writes its files, and over what.
+/// What a command may write: nothing, new files, or over existing ones.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct Writing {
     /// Say what would be written, and write nothing

@@ -169,9 +169,8 @@ pub(super) fn environment(path: &Path) -> Result<Environment, Failure> {
     check_regular(path)?;
     Environment::load(path).map_err(|error| match error {
         EnvironmentError::Dark => Failure::job(format!("{}: {error}", path.display())),
-        EnvironmentError::Unreadable { .. } => Failure::job(error).help(
-            "accepted are equirectangular .hdr and .exr images; without one, built-in lights",
-        ),
+        EnvironmentError::Unreadable { .. } => Failure::job(error)
+            .help("use an equirectangular .hdr or .exr image, or leave it out for built-in lights"),
     })
 }
 
@@ -179,7 +178,7 @@ fn shape(path: Option<&Path>, output: &Output) -> Result<Shape, Failure> {
     let Some(path) = path else { return Ok(Shape::Ball) };
     let unusable = |reason: &dyn std::fmt::Display| {
         Failure::job(format!("{}: {reason}", path.display()))
-            .help("accepted are .obj, .gltf and .glb with uncompressed triangles")
+            .help("use a .obj, .gltf or .glb file with uncompressed triangles")
     };
     let scene = Scene::open(path).map_err(|error| unusable(&error))?;
     scene.warnings().iter().for_each(|warning| output.note(warning));

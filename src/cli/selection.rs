@@ -19,7 +19,7 @@ use sgdbake::lut::Extent;
 use sgdbake::material::{Edition, Material, MaterialFileError, find, load, named, refit_of};
 use sgdbake::math::direction::normalised;
 
-/// How large lookup textures become.
+/// The size of lookup textures.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct ExtentArguments {
     /// The error to keep, 1e-6 to 0.5: |f_lut − f|cosθi relative to its maximum for the viewer plus
@@ -97,7 +97,7 @@ pub fn chosen(name: &str, output: &Output) -> Result<Chosen, Failure> {
 ///
 /// # Errors
 ///
-/// Neither: the nearest names. A file that cannot be read or is no material: file, line and key.
+/// Neither: the nearest names. A file that cannot be read or is not a material: file, line and key.
 pub fn material(name: &str, output: &Output) -> Result<Material, Failure> {
     let unknown = match named(name) {
         Ok(material) => return Ok(material.clone()),
@@ -292,7 +292,7 @@ impl From<MaterialFileError> for Failure {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Direction(pub DVec3);
 
-/// Why three numbers are no direction.
+/// The reason why three numbers are not a direction.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DirectionError {
     /// Not three comma-separated numbers.

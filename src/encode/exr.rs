@@ -54,15 +54,14 @@ fn written<S: IntoSample>(
     rgb: impl Fn(usize) -> [S; 3] + Sync,
     bytes: usize,
 ) -> Vec<u8> {
-    let pixel = |at: Vec2<usize>| {
-        let [r, g, b] = rgb(at.flat_index_for_size(size));
-        (b, g, r)
-    };
     let channels = SpecificChannels::build()
         .with_channel("B")
         .with_channel("G")
         .with_channel("R")
-        .with_pixel_fn(pixel);
+        .with_pixel_fn(|at| {
+            let [r, g, b] = rgb(at.flat_index_for_size(size));
+            (b, g, r)
+        });
     let layer = Layer::new(size, attributes, encoding, channels);
     let mut bytes = Cursor::new(Vec::with_capacity(bytes + bytes / 32 + (1 << 16)));
     Image::from_layer(layer)

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::brdf::SgdBrdf;
 use crate::lut::probe::{Probe, probes_of_pair};
-use crate::math::direction::{cot_theta, from_cos_sin, tan2_theta};
+use crate::math::direction::{at_cot, cot_theta, from_cos_sin, tan2_theta};
 
 /// Steps in the logarithms of cotθo and tanθh and in the azimuth, each tried in turn.
 const STEPS: [f64; 9] = [0.3, 0.1, 0.04, 0.015, 0.006, 0.003, 0.001, 4e-4, 1e-4];
@@ -45,8 +45,7 @@ impl Place {
         let [wi, wo] = probe.pair;
         let h = wi + wo;
         let azimuth = h.y.atan2(h.x) - wo.y.atan2(wo.x);
-        let log = |x: f64| x.clamp(1e-15, 1e15).ln();
-        Self([log(cot_theta(wo)), 0.5 * log(tan2_theta(h)), azimuth])
+        Self([bounded_ln(cot_theta(wo)), 0.5 * bounded_ln(tan2_theta(h)), azimuth])
     }
 
     fn moved(mut self, axis: usize, step: f64) -> Self {
@@ -56,10 +55,13 @@ impl Place {
 
     fn pair(self) -> [DVec3; 2] {
         let [log_cot, log_tan, azimuth] = self.0;
-        let cot = log_cot.exp();
-        let sin = 1.0 / cot.hypot(1.0);
-        let wo = from_cos_sin(cot * sin, sin, 0.0);
+        let wo = at_cot(log_cot.exp());
         let h = from_cos_sin(1.0, log_tan.exp(), azimuth).normalize();
         [2.0 * wo.dot(h) * h - wo, wo]
     }
+}
+
+/// ln x of x within 1e±15.
+fn bounded_ln(x: f64) -> f64 {
+    x.clamp(1e-15, 1e15).ln()
 }

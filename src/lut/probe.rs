@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::brdf::SgdBrdf;
 use crate::material::MAX_LOBES;
-use crate::math::direction::{Angles, above_horizon, abs_cos_phi_d, from_cos_sin, spherical};
+use crate::math::direction::{Angles, above_horizon, abs_cos_phi_d, at_cot, spherical};
 use crate::microfacet::Distribution as _;
 
 /// Viewers that a set of probes covers.
@@ -96,9 +96,9 @@ impl Reach {
     /// vanished.
     #[must_use]
     pub fn new(brdf: &SgdBrdf) -> Self {
-        let alphas = || brdf.lobes.iter().map(|lobe| lobe.distribution.alpha());
-        let sharpest = alphas().fold(f64::INFINITY, f64::min);
-        let widest = alphas().fold(0.0, f64::max);
+        let alphas = brdf.lobes.iter().map(|lobe| lobe.distribution.alpha());
+        let sharpest = alphas.clone().fold(f64::INFINITY, f64::min);
+        let widest = alphas.fold(0.0, f64::max);
         Self {
             tan2_theta_h: [0.1 * sharpest * sharpest.min(0.1), 60.0 * widest],
             grazing: sharpest.sqrt().min(1.0),
@@ -143,9 +143,7 @@ fn viewer_direction(viewer: usize, index: usize, grazing: f64) -> DVec3 {
     if viewer.is_multiple_of(2) {
         return spherical(fraction * FRAC_PI_2 * 0.9999, 0.0);
     }
-    let cot = grazing * 10f64.powf(4.5 * fraction - 3.0);
-    let sin = 1.0 / cot.hypot(1.0);
-    from_cos_sin(cot * sin, sin, 0.0)
+    at_cot(grazing * 10f64.powf(4.5 * fraction - 3.0))
 }
 
 /// The lights of a viewer: mirrored in half vectors, and all over the hemisphere.
@@ -207,10 +205,9 @@ fn probe(brdf: &SgdBrdf, wi: DVec3, wo: DVec3) -> Option<Probe> {
         let of_lobe = slot.specular();
         specular = std::array::from_fn(|c| specular[c] + of_lobe[c]);
     }
-    let colour = |c: usize| {
+    let colours = [0, 1, 2].map(|c| {
         let reflected = (brdf.rho_d[c] * FRAC_1_PI * angles.cos[0] + specular[c]).abs();
         Exact { specular: specular[c], reflected, bound: 0.0 }
-    };
-    let colours = [0, 1, 2].map(colour);
+    });
     Some(Probe { pair: [wi, wo], angles, abs_cos_phi_d: abs_cos_phi_d(wi, wo), lobes, colours })
 }

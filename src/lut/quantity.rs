@@ -50,7 +50,7 @@ pub enum Factor {
 
 /// No quantity of that name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' is not a quantity; accepted are ndf, masking, fresnel, albedo, brdf3d")]
+#[error("'{0}' is not a quantity; use ndf, masking, fresnel, albedo or brdf3d")]
 pub struct UnknownQuantity(String);
 
 impl FromStr for Quantity {

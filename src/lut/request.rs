@@ -11,9 +11,9 @@ use crate::lut::table::Depth;
 pub struct Request {
     /// The quantities, one texture each.
     pub quantities: Vec<Quantity>,
-    /// Which masking is stored.
+    /// The masking that is stored.
     pub masking: MaskingKind,
-    /// How large the textures become.
+    /// The size of the textures.
     pub extent: Extent,
     /// The texels' number format.
     pub depths: Depths,
@@ -56,7 +56,7 @@ impl Request {
     }
 }
 
-/// How large textures become.
+/// The size of textures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extent {
     /// So many texels along every axis that is not a row.
@@ -65,7 +65,7 @@ pub enum Extent {
     Tolerance(f64),
 }
 
-/// Which number formats a bake may use.
+/// The number formats that a bake may use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Depths {
     /// The smallest that keeps the tolerance; half for a fixed size.

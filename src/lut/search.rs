@@ -97,7 +97,7 @@ pub struct Verified<T> {
     pub tables: T,
     /// The largest error found.
     pub error: f64,
-    /// Whether no point refutes them. After the last search tables are taken whose largest error
+    /// True if no point refutes them. After the last search, tables are taken whose largest error
     /// found is within the tolerance.
     pub unrefuted: bool,
 }

@@ -87,7 +87,7 @@ pub enum Problem {
     MissingKey(String),
     /// The file mixes the two forms.
     #[error(
-        "found `{0}` beside rho_d and [[lobe]]; use either [r], [g], [b] or rho_d and [[lobe]]"
+        "found `{0}` together with rho_d and [[lobe]]; use either [r], [g], [b] or rho_d and [[lobe]]"
     )]
     BothForms(String),
     /// The name is empty.
@@ -278,11 +278,11 @@ impl<'t> Section<'t> {
 
     /// The masking fit, if any of its three keys is there.
     fn masking(&self) -> Result<Option<MaskingParams>, Located> {
-        let masking = || {
-            let [lambda, c, k] = MASKING.map(|key| self.number(key));
-            Ok(MaskingParams { lambda: lambda?, c: c?, k: k? })
-        };
-        MASKING.iter().any(|key| self.has(key)).then(masking).transpose()
+        if !MASKING.iter().any(|key| self.has(key)) {
+            return Ok(None);
+        }
+        let [lambda, c, k] = MASKING.map(|key| self.number(key));
+        Ok(Some(MaskingParams { lambda: lambda?, c: c?, k: k? }))
     }
 
     fn section(&self, name: &str) -> Result<Section<'t>, Located> {
@@ -298,12 +298,13 @@ impl<'t> Section<'t> {
             return Ok(Vec::new());
         }
         self.value(name, "an array of tables", |value| {
-            let tables = value.get_ref().as_array()?.iter().enumerate();
-            let section = |(i, table): (usize, &'t Spanned<DeValue<'t>>)| {
+            let mut sections = Vec::new();
+            for (i, table) in value.get_ref().as_array()?.iter().enumerate() {
                 let entries = table.get_ref().as_table()?;
-                Some(Section { entries, name: format!("{name} {}", i + 1), span: table.span() })
-            };
-            tables.map(section).collect()
+                let name = format!("{name} {}", i + 1);
+                sections.push(Section { entries, name, span: table.span() });
+            }
+            Some(sections)
         })
     }
 
@@ -320,15 +321,16 @@ impl<'t> Section<'t> {
         (Problem::OutOfRange { section: self.name.clone(), error }, span)
     }
 
-    /// What `read` makes of the value of a key.
+    /// The value of a key as `read` understands it.
     fn value<T>(
         &self,
         key: &str,
         accepted: &'static str,
         read: impl FnOnce(&'t Spanned<DeValue<'t>>) -> Option<T>,
     ) -> Result<T, Located> {
-        let missing = || (Problem::MissingKey(self.dotted(key)), self.span.clone());
-        let value = self.entries.get(key).ok_or_else(missing)?;
+        let Some(value) = self.entries.get(key) else {
+            return Err((Problem::MissingKey(self.dotted(key)), self.span.clone()));
+        };
         read(value).ok_or_else(|| {
             let (key, found) = (self.dotted(key), value.get_ref().type_str());
             (Problem::WrongType { key, found, accepted }, value.span())
@@ -428,7 +430,7 @@ f1 = -0.6
                 "m.toml:6: `lobe 1.rho_s` is of type array",
             ),
             (file(&lobe.replace("0.1", "-1")), "m.toml:4: lobe 1.alpha = -1 is out of range"),
-            (file("[r]\nrho_d = 1"), "m.toml:3: found `r` beside rho_d"),
+            (file("[r]\nrho_d = 1"), "m.toml:3: found `r` together with rho_d"),
         ];
         for (text, expected) in cases {
             let message = refusal(&text);

@@ -3,6 +3,7 @@
 //! A [`Material`] is validated once, when it is read; everything after that is infallible.
 
 pub(crate) mod catalog;
+mod embedded;
 pub(crate) mod file;
 pub(crate) mod parameters;
 pub(crate) mod refit;

@@ -187,16 +187,22 @@ impl ChannelParams {
 
     /// The lobe that colours the channel of this index alone.
     fn lobe(&self, channel: usize) -> Result<LobeParams, ParameterError> {
-        let alone = |value: f64| std::array::from_fn(|c| if c == channel { value } else { 0.0 });
         LobeParams::new(LobeFields {
             alpha: self.alpha,
             p: self.p,
             masking: self.masking,
-            rho_s: alone(self.rho_s),
-            f0: alone(self.f0),
-            f1: alone(self.f1),
+            rho_s: alone(self.rho_s, channel),
+            f0: alone(self.f0, channel),
+            f1: alone(self.f1, channel),
         })
     }
+}
+
+/// A colour that is 0 but for one channel.
+fn alone(value: f64, channel: usize) -> [f64; 3] {
+    let mut colour = [0.0; 3];
+    colour[channel] = value;
+    colour
 }
 
 impl LobeParams {
@@ -367,7 +373,7 @@ impl Material {
     #[must_use]
     pub fn channels(&self) -> Option<[ChannelParams; 3]> {
         let lobes = self.channel_lobes()?;
-        let channel = |c: usize| {
+        Some([0, 1, 2].map(|c| {
             let LobeParams { alpha, p, masking, rho_s, f0, f1 } = self.lobes[lobes[c]];
             ChannelParams {
                 rho_d: self.rho_d[c],
@@ -378,8 +384,7 @@ impl Material {
                 f1: f1[c],
                 masking,
             }
-        };
-        Some([0, 1, 2].map(channel))
+        }))
     }
 }
 

@@ -22,10 +22,12 @@ impl Reflectance for Filled<'_> {
 }
 
 impl Filled<'_> {
+    /// The first value measured on the way to smaller θd, then to smaller θh; 0 if there is none.
     fn nearby(&self, angles: HalfDifference) -> [f64; 3] {
-        let shares = || (0..STEPS).rev().map(|step| step as f64 / STEPS as f64);
-        let smaller_d = shares().map(|s| HalfDifference { theta_d: s * angles.theta_d, ..angles });
-        let smaller_h = shares().map(|s| HalfDifference {
+        let shares = (0..STEPS).rev().map(|step| step as f64 / STEPS as f64);
+        let smaller_d =
+            shares.clone().map(|s| HalfDifference { theta_d: s * angles.theta_d, ..angles });
+        let smaller_h = shares.map(|s| HalfDifference {
             theta_h: s * angles.theta_h,
             theta_d: angles.theta_d.min(0.5 * FRAC_PI_2),
             ..angles

@@ -15,7 +15,7 @@ use crate::preview::environment::{Arriving, Environment};
 use crate::preview::film::{Film, Pixel};
 use crate::preview::shape::{Hit, Shape};
 
-/// How much work a picture is.
+/// The work that a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quality {
     /// Width and height in pixels.
@@ -77,14 +77,14 @@ pub fn render<const MODELS: usize>(
     })
 }
 
-/// What the directions for a material are drawn from: GGX lobes tuned to its own, by their visible
+/// The sampler of directions for a material: GGX lobes tuned to its own, by their visible
 /// normals, whose density costs less than the material's own.
 #[must_use]
 pub fn drawn_from(material: &Material) -> Sampler {
     Sampler::new(material, MaskingKind::Fitted, Strategy::Ggx)
 }
 
-/// What the directions for a reflectance without parameters are drawn from: as for the material of
+/// The sampler of directions for a reflectance without parameters: that of the material of
 /// the catalogue whose values are nearest to its own.
 ///
 /// # Panics
@@ -93,12 +93,12 @@ pub fn drawn_from(material: &Material) -> Sampler {
 #[must_use]
 pub fn drawn_like(reflectance: &dyn Reflectance) -> Sampler {
     let seen = logarithms(reflectance);
-    let distance = |material: &Material| {
-        let known = logarithms(&SgdBrdf::new(material, MaskingKind::Fitted));
+    let materials = catalog().iter().map(|entry| {
+        let known = logarithms(&SgdBrdf::new(&entry.material, MaskingKind::Fitted));
         let differences = known.iter().zip(&seen).filter(|(_, seen)| seen.is_finite());
-        differences.map(|(known, seen)| (known - seen).powi(2)).sum::<f64>()
-    };
-    let materials = catalog().iter().map(|entry| (distance(&entry.material), &entry.material));
+        let distance = differences.map(|(known, seen)| (known - seen).powi(2)).sum::<f64>();
+        (distance, &entry.material)
+    });
     let nearest = materials.min_by(|a, b| a.0.total_cmp(&b.0));
     drawn_from(nearest.expect("the catalogue is not empty").1)
 }
@@ -107,14 +107,14 @@ pub fn drawn_like(reflectance: &dyn Reflectance) -> Sampler {
 /// of incidence.
 fn logarithms(reflectance: &dyn Reflectance) -> Vec<f64> {
     const COUNT: i32 = 24;
-    let value = |i: i32| {
+    let values = (0..COUNT).map(|i| {
         let theta_h = 1.4 * (f64::from(i) / f64::from(COUNT)).powi(2);
         let (h, aside) = (spherical(theta_h, 0.0), DVec3::new(0.0, 0.3, 0.0));
         let [wi, wo] = [h + aside, h - aside].map(DVec3::normalize);
         let grey = reflectance.eval(wi, wo).iter().sum::<f64>() / 3.0;
         grey.max(1e-6).ln()
-    };
-    (0..COUNT).map(value).collect()
+    });
+    values.collect()
 }
 
 /// A pixel and the squared standard error of its luminance.
@@ -217,7 +217,7 @@ impl Paths {
         self.points.clear();
     }
 
-    /// What the pixel shows when `model` reflects the light of these paths.
+    /// The pixel if `model` reflects the light of these paths.
     fn seen(&mut self, model: &dyn Reflectance, alpha: f64) -> Seen {
         if self.points.is_empty() {
             return Seen::default();
@@ -249,7 +249,7 @@ impl Paths {
 /// An odd constant that tells the random streams of pixels apart (2⁶⁴/golden ratio).
 const STREAM: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Where a pixel's sequences start.
+/// The start of a pixel's sequences.
 struct Start {
     point: [f64; 2],
     light: [f64; 2],
@@ -333,14 +333,14 @@ mod tests {
                 picture
             })
             .collect();
-        let values = |i: usize| pictures.iter().map(move |p| luminance(p.film.pixels[i].rgb));
-        let inside: Vec<usize> =
-            (0..24 * 24).filter(|i| pictures[0].film.pixels[*i].alpha == 1.0).collect();
-        let mean = |i: usize| values(i).sum::<f64>() / 8.0;
-        let scatter = |i: usize| values(i).map(|v| (v - mean(i)).powi(2)).sum::<f64>() / 7.0;
-        let count = inside.len() as f64;
-        let average = inside.iter().map(|i| mean(*i)).sum::<f64>() / count;
-        let measured = (inside.iter().map(|i| scatter(*i)).sum::<f64>() / count).sqrt() / average;
+        let (mut count, mut average, mut variance) = (0.0, 0.0, 0.0);
+        for i in (0..24 * 24).filter(|i| pictures[0].film.pixels[*i].alpha == 1.0) {
+            let values = pictures.iter().map(|p| luminance(p.film.pixels[i].rgb));
+            let mean = values.clone().sum::<f64>() / 8.0;
+            variance += values.map(|v| (v - mean).powi(2)).sum::<f64>() / 7.0;
+            (average, count) = (average + mean, count + 1.0);
+        }
+        let measured = (variance / count).sqrt() / (average / count);
         let stated = pictures.iter().map(|p| p.noise).sum::<f64>() / 8.0;
         assert!(measured < 1.1 * stated && stated < 10.0 * measured, "{measured} {stated}");
     }

@@ -1,4 +1,4 @@
-//! How far a reflectance is from the exact one.
+//! The distance of a reflectance from the exact one.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -69,7 +69,7 @@ impl Yardstick {
         Self { pairs, exact, largest, ball: under_sun(&sgd, KEY_LIGHT, BALL) }
     }
 
-    /// How far `reflectance` is from the exact one.
+    /// The distance of `reflectance` from the exact one.
     #[must_use]
     pub fn measure(&self, reflectance: &dyn Reflectance) -> Deviation {
         let mut f = vec![[0.0; 3]; self.pairs.len()];

@@ -11,6 +11,7 @@ pub mod distance;
 pub mod estimate;
 pub mod front;
 pub mod heat;
+pub mod laws;
 pub mod machine;
 pub mod measured;
 pub mod measured_page;

@@ -24,7 +24,7 @@ pub struct Contents {
     /// The rest of a scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<SceneContent>,
-    /// Remarks on the file that are no error.
+    /// Remarks on the file that are not errors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
 }
@@ -53,10 +53,10 @@ pub struct MaterialContent {
     pub slot: Option<String>,
 }
 
-/// The parts of a scene that are no measured material.
+/// The parts of a scene other than measured materials.
 #[derive(Debug, Serialize)]
 pub struct SceneContent {
-    /// How many of each kind.
+    /// The number of each kind.
     #[serde(flatten)]
     pub counts: Counts,
     /// The document's `extensionsUsed`.
@@ -76,7 +76,7 @@ pub struct SlotContent {
     pub meshes: Vec<String>,
     /// Triangles that use it.
     pub triangles: u64,
-    /// Whether anything uses it.
+    /// True if anything uses it.
     pub used: bool,
 }
 
@@ -140,13 +140,16 @@ impl Contents {
     /// Another kind of file, a damaged one, or one without an entry.
     pub fn of_texture(bytes: &[u8]) -> Result<Self, EntryError> {
         let entry = read_entry(bytes)?;
-        let material = |(index, name): (usize, &String)| MaterialContent {
+        let materials = entry.rows.iter().enumerate().map(|(index, name)| MaterialContent {
             name: name.clone(),
             row: Some(entry.row.unwrap_or(index)),
             slot: None,
-        };
-        let materials = entry.rows.iter().enumerate().map(material).collect();
-        Ok(Self { materials, textures: vec![entry], ..Self::empty(Kind::Texture) })
+        });
+        Ok(Self {
+            materials: materials.collect(),
+            textures: vec![entry],
+            ..Self::empty(Kind::Texture)
+        })
     }
 
     /// The contents of a scene.

@@ -38,7 +38,7 @@ pub struct OutputFile {
     pub path: PathBuf,
     /// Its content, to be concatenated.
     pub pieces: Vec<Bytes>,
-    /// Whether it is a file of the input, unchanged.
+    /// True for a file of the input, unchanged.
     pub copy: bool,
 }
 
@@ -82,7 +82,7 @@ struct Job<'s> {
     folder: PathBuf,
     draft: Draft<'s>,
     files: Vec<OutputFile>,
-    /// File names taken beside the target.
+    /// File names in the target's folder that are taken.
     names: HashSet<PathBuf>,
     /// Where the bytes of a texture went: its buffer view or its address.
     stored: HashMap<*const u8, Location>,
@@ -120,7 +120,7 @@ impl Job<'_> {
         if self.folder == Path::new("") { Path::new(".") } else { &self.folder }
     }
 
-    /// Returns whether files beside the input move into the target.
+    /// Returns whether the input's files move into the target.
     fn embeds(&self) -> bool {
         self.container == Container::Glb
             && !matches!(self.scene.source, Source::File(Container::Glb, _))
@@ -317,8 +317,9 @@ impl Job<'_> {
     /// Primitives without a material get the one at `index`.
     fn assign_bare_primitives(&mut self, index: usize) -> Result<(), SceneError> {
         for (at, mesh) in self.scene.outline.meshes.iter().enumerate() {
-            let bare = |i: &usize| mesh.primitives[*i].material.is_none();
-            let bare: Vec<usize> = (0..mesh.primitives.len()).filter(bare).collect();
+            let bare: Vec<usize> = (0..mesh.primitives.len())
+                .filter(|i| mesh.primitives[*i].material.is_none())
+                .collect();
             if bare.is_empty() {
                 continue;
             }
@@ -366,7 +367,7 @@ impl Job<'_> {
         }
     }
 
-    /// A free file name beside the target: its stem, a number where that is taken, `ending`.
+    /// A free file name in the target's folder: its stem, a number where that is taken, `ending`.
     fn name(&mut self, ending: &str) -> String {
         let names = std::iter::once(format!("{}.{ending}", self.stem))
             .chain((2..).map(|n| format!("{}-{n}.{ending}", self.stem)));
@@ -405,19 +406,27 @@ pub(super) fn mime(path: &Path) -> Option<&'static str> {
 
 /// The first `length` bytes of the pieces.
 fn start(pieces: Vec<Bytes>, mut length: u64) -> Vec<Bytes> {
-    let cut = |piece: Bytes| {
+    let mut start = Vec::with_capacity(pieces.len());
+    for piece in pieces {
         let part = piece.len().min(length);
+        if part > 0 {
+            start.push(piece.slice(0..part));
+        }
         length -= part;
-        (part > 0).then(|| piece.slice(0..part))
-    };
-    pieces.into_iter().filter_map(cut).collect()
+    }
+    start
 }
 
 fn decode_data_uri(uri: &str) -> Result<Bytes, SceneError> {
     let content = uri.split_once(";base64,").map(|(_, content)| content);
     let bytes = content.and_then(|content| BASE64_STANDARD.decode(content).ok());
-    let invalid = || SceneError::Invalid("buffers[0].uri".into(), "is no base64 data URI".into());
-    Ok(bytes.ok_or_else(invalid)?.into())
+    match bytes {
+        Some(bytes) => Ok(bytes.into()),
+        None => {
+            let problem = "is not a base64 data URI".to_owned();
+            Err(SceneError::Invalid("buffers[0].uri".to_owned(), problem))
+        }
+    }
 }
 
 impl OutputFile {

@@ -11,7 +11,7 @@ use crate::scene::text::{Pieces, quote};
 pub(super) const SPECULAR: &str = "KHR_materials_specular";
 pub(super) const CLEARCOAT: &str = "KHR_materials_clearcoat";
 
-/// Material extensions that describe reflection or transmission themselves: beside the fit they
+/// Material extensions that describe reflection or transmission themselves: with the fit they
 /// would bend it, so they are taken out. `KHR_materials_ior` is among them because the fit's F0 is
 /// meant at the default index 1.5. Emission, levels of detail and all unknown extensions stay.
 pub(super) const REFLECTION: [&str; 14] = [
@@ -108,7 +108,7 @@ pub(super) fn without_extension(raw: &str) -> serde_json::Result<String> {
     Ok(material.to_text())
 }
 
-/// What the replacement of the material `raw` loses that its owner may miss.
+/// Warnings about parts of the material `raw` that its replacement loses.
 pub(super) fn losses(raw: &str) -> serde_json::Result<Vec<&'static str>> {
     let material = Pieces::object(raw)?;
     let reflection = Pieces::object(material.get("pbrMetallicRoughness").unwrap_or("{}"))?;
@@ -117,7 +117,7 @@ pub(super) fn losses(raw: &str) -> serde_json::Result<Vec<&'static str>> {
     let no_room = material.get("extras").is_some_and(|extras| !extras.starts_with('{'));
     let losses = [
         cut_out.then_some("its alpha came from the base colour texture, which goes"),
-        no_room.then_some("its extras are no object, so extras.sgd is left out"),
+        no_room.then_some("its extras are not an object, so extras.sgd is left out"),
     ];
     Ok(losses.into_iter().flatten().collect())
 }

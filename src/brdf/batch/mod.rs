@@ -32,7 +32,7 @@ pub struct Pairs<'a> {
     pub wo: [&'a [f32]; 3],
 }
 
-/// Where results go: one slice per colour channel.
+/// The results: one slice per colour channel.
 #[derive(Debug)]
 pub struct RgbMut<'a>(pub [&'a mut [f32]; 3]);
 
