@@ -75,9 +75,9 @@ enum Model {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum ObjectiveChoice {
     /// The sum of their squares
-    #[default]
     LeastSquares,
     /// The largest of them
+    #[default]
     Minimax,
 }
 
