@@ -15,6 +15,7 @@ pub mod decode;
 pub(crate) mod error;
 #[doc(hidden)]
 pub mod factors;
+pub(crate) mod memory;
 #[doc(hidden)]
 pub mod probe;
 pub(crate) mod quantity;
