@@ -35,6 +35,10 @@ const JUDGED_SAMPLES: usize = 400;
 /// Angles of the first and of the last steps of the fit to the distributions.
 const ANGLES: [usize; 2] = [48, 120];
 
+/// How far below the range of the starts ln α may go: the best of many components have one that is
+/// three times narrower than the bend of the distribution.
+const ROOM: f64 = 1.5;
+
 /// The mixture of the fewest components, from seven to ten, whose picture is within half a percent
 /// of a material's.
 ///
@@ -105,8 +109,9 @@ fn closest(material: &Material, count: usize, objective: Objective) -> SharedMix
     };
     let mut best: Option<(f64, SharedMixture, DVector<f64>)> = None;
     for n in 1..=count {
-        let [coarse, fine] =
-            ANGLES.map(|samples| Problem::new(material, n, distribution_goals, samples));
+        let [coarse, fine] = ANGLES.map(|samples| {
+            Problem::new(material, n, distribution_goals, samples).with_room_below(ROOM)
+        });
         let grown = best.as_ref().map(|(_, _, x)| coarse.grown(x));
         let starts = coarse.even_starts(1).into_iter().map(|even| even.x).chain(grown);
         let ends = starts.map(|start| objective.descend(&coarse, &fine, &start));

@@ -48,8 +48,10 @@ pub struct Problem {
     count: usize,
     tan2_theta: Vec<f64>,
     goals: Goals,
-    /// The range of ln α.
+    /// The range of ln α in which starts lie.
     range: [f64; 2],
+    /// How far below it a solution may lie.
+    below: f64,
     norm: Norm,
 }
 
@@ -68,7 +70,13 @@ impl Problem {
         let narrowest = lobes.iter().map(core_tan2).fold(f64::INFINITY, f64::min);
         let widest = lobes.iter().map(LobeParams::alpha).fold(0.0, f64::max);
         let range = [0.5 * (0.1 * narrowest).ln(), 0.5 * widest.ln() + 0.1];
-        Self { count, tan2_theta, goals, range, norm: Norm::SQUARES }
+        Self { count, tan2_theta, goals, range, below: 0.0, norm: Norm::SQUARES }
+    }
+
+    /// The same with solutions whose ln α may lie so far below the range of the starts.
+    #[must_use]
+    pub fn with_room_below(self, below: f64) -> Self {
+        Self { below, ..self }
     }
 
     /// How many unknowns there are.
@@ -214,7 +222,7 @@ impl Problem {
             |i: usize, of_widths: f64, of_weights: f64| if i < n { of_widths } else { of_weights };
         let [low, high] = self.range;
         Bounds {
-            lower: DVector::from_fn(self.unknowns(), |i, _| side(i, low, 0.0)),
+            lower: DVector::from_fn(self.unknowns(), |i, _| side(i, low - self.below, 0.0)),
             upper: DVector::from_fn(self.unknowns(), |i, _| side(i, high, f64::INFINITY)),
         }
     }
