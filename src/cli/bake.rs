@@ -315,6 +315,8 @@ impl From<BakeError> for Failure {
     fn from(error: BakeError) -> Self {
         match error {
             BakeError::NotReached { .. } => Self::check(error).help("accept a larger --tolerance"),
+            BakeError::Memory { .. } => Self::job(error)
+                .help("choose a smaller --size, a larger --tolerance or fewer materials"),
             _ => Self::usage(error),
         }
     }

@@ -63,9 +63,9 @@ pub struct Arguments {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum ObjectiveChoice {
     /// The sum of their squares
-    #[default]
     LeastSquares,
     /// The largest of them
+    #[default]
     Minimax,
 }
 
