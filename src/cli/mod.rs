@@ -23,6 +23,7 @@ mod materials;
 mod measure;
 mod measured;
 mod preview;
+mod restore;
 mod sample;
 mod sheet;
 mod slice;
@@ -82,6 +83,8 @@ enum Command {
     Fit(fit::Arguments),
     /// A scene with measured materials in its slots: fitted, with parameters and textures
     Export(export::Arguments),
+    /// The extension of an exported scene, rebuilt from its extras after a tool dropped it
+    Restore(restore::Arguments),
     /// What is in a scene, a manifest or a lookup texture
     Inspect(inspect::Arguments),
     /// What materials keep and break: reciprocity, energy, Fresnel and half-float ranges
@@ -134,6 +137,7 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Bake(arguments) => bake::run(arguments, output),
         Command::Fit(arguments) => fit::run(arguments, output),
         Command::Export(arguments) => export::run(arguments, output),
+        Command::Restore(arguments) => restore::run(arguments, output),
         Command::Inspect(arguments) => inspect::run(arguments, output),
         Command::Audit(arguments) => audit::run(arguments, output),
         Command::Preview(arguments) => preview::run(arguments, output),
