@@ -9,7 +9,7 @@ use std::{fs, path::Path};
 
 use document::{document, glb, text_and_bin};
 use serde_json::{Value, json};
-use sgdbake::asset::{Asset, EXTENSION, build, rebuild};
+use sgdbake::asset::{Asset, EXTENSION, StatedError, build, rebuild};
 use sgdbake::brdf::MaskingKind;
 use sgdbake::encode::{Format, Location};
 use sgdbake::lut::{Depths, Extent, Quantity, Request};
@@ -29,7 +29,9 @@ fn stripped(document: &mut Value) {
 /// Two materials of the catalogue in a scene, one of them twice, and their assets.
 fn exported(target: &Path) -> Vec<Asset> {
     let materials = ["gold-paint", "black-fabric@refit"].map(|name| named(name).unwrap());
-    let assets = build(&materials, &request(), Format::Exr).unwrap().assets;
+    let mut assets = build(&materials, &request(), Format::Exr).unwrap().assets;
+    // As of a measurement that no catalogue knows.
+    assets[1].material.error = Some(StatedError { delta_e: 1.25, source: "a sample".into() });
     let text =
         r#"{"asset":{"version":"2.0"},"materials":[{"name":"a"},{"name":"b"},{"name":"c"}]}"#;
     let source = target.with_file_name("plain.gltf");

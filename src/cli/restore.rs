@@ -97,9 +97,8 @@ fn found(scene: &Scene, arguments: &Arguments) -> Result<(Vec<usize>, Vec<Extras
             .help("export the scene again, or take `sgd` out of that material's extras")
     })?;
     if extras.is_empty() {
-        let count = scene.slots().iter().filter(|slot| slot.id.index().is_some()).count();
         return Err(Failure::job(format!(
-            "{path}: none of {count} materials has the extras.sgd that {EXTENSION} is rebuilt from"
+            "{path}: no material has extras.sgd, from which {EXTENSION} is rebuilt"
         ))
         .help(
             "some tools drop extras unless told to keep them, see docs/pipelines.md; else assign \
