@@ -306,6 +306,7 @@ impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
         match error {
             BuildError::Bake(error) => error.into(),
+            BuildError::Material(error) => Self::job(error),
             BuildError::Format(error) => Self::usage(error).help("choose --format exr"),
         }
     }
