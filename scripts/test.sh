@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every test, and sets up what they need inside the checkout: Python packages in .venv*,
-# npm packages in tests/js/node_modules and tests/engines/node_modules. Needs a Rust toolchain, Python 3.11, Python 3.13 for Blender
+# npm packages in node_modules under tests/js, tests/engines and tests/pipelines. Needs a Rust toolchain, Python 3.11, Python 3.13 for Blender
 # 5.2, and Node.js.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -34,6 +34,9 @@ scripts/test-engines.sh
 
 step "three.js: the exact material in headless Chromium"
 scripts/test-web.sh
+
+step "Tools that people pass glTF through: what they keep, and what restore brings back"
+scripts/test-pipelines.sh
 
 step "Blender: the oldest and the newest version; scripts/test-blender.sh alone takes all five"
 scripts/setup-blender.sh 42 52

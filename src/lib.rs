@@ -140,8 +140,8 @@ pub use glam::DVec3;
 
 #[doc(inline)]
 pub use crate::brdf::{
-    Brdf, GltfBrdf, Lobe, MaskingKind, Reflectance, Sample, Sampler, SgdBatch, SgdBrdf,
-    Strategy, directional_albedo,
+    Brdf, GltfBrdf, Lobe, MaskingKind, Reflectance, Sample, Sampler, SgdBatch, SgdBrdf, Strategy,
+    directional_albedo,
 };
 #[doc(inline)]
 pub use crate::fit::{

@@ -128,3 +128,72 @@ fn what_is_no_measurement_is_refused_by_name() {
     assert_ne!(over_itself.status.code(), Some(0));
     assert_eq!(fs::read_to_string(&letter).unwrap(), "Dear reader,\n");
 }
+
+/// `coat.toml` sampled in the plane and out of it, as a gonioreflectometer would.
+fn csv(folder: &tempfile::TempDir) -> String {
+    let material = sgdbake::material::load(Path::new(&at(folder, "coat.toml"))).unwrap();
+    let brdf = sgdbake::brdf::SgdBrdf::new(&material, sgdbake::brdf::MaskingKind::Exact);
+    let mut text = "theta_i,phi_i,theta_o,phi_o,r,g,b\n".to_owned();
+    for i in (0..=16).map(|i| 5.0 * f64::from(i)) {
+        for o in (0..=32).map(|o| 2.5 * f64::from(o)) {
+            for phi in (0..=18).map(|phi| 10.0 * f64::from(phi)) {
+                let direction = |theta: f64, phi: f64| {
+                    sgdbake::math::direction::spherical(theta.to_radians(), phi.to_radians())
+                };
+                let [r, g, b] = brdf.eval(direction(i, 0.0), direction(o, phi));
+                text += &format!("{i},0,{o},{phi},{r},{g},{b}\n");
+            }
+        }
+    }
+    let path = at(folder, "coat.csv");
+    fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn every_format_of_measurements_becomes_a_material() {
+    let folder = folder();
+    let [bsdf, toml] = ["coat.bsdf", "fit.toml"].map(|name| at(&folder, name));
+    done(&["tabulate", "--material", &at(&folder, "coat.toml"), "-o", &bsdf]);
+    // A table of a few degrees is coarser than the lobe.
+    for (path, near) in [(bsdf, 0.3), (csv(&folder), 1.0)] {
+        let report = json(&measure(&path, &toml, &["--json", "--force"]));
+        let suns = report["error"]["suns"].as_f64().unwrap();
+        assert!(suns < near, "{path}: {report}");
+        let diffuse = report["material"]["diffuse"][0].as_f64().unwrap();
+        assert!((diffuse - 0.3).abs() < 0.02, "{path}: {report}");
+    }
+}
+
+#[test]
+fn every_model_is_fitted_to_a_measurement_and_to_its_sgd() {
+    let folder = folder();
+    let lines = done(&["fit", "--measured", &at(&folder, "coat.binary"), "--json"]);
+    let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 4);
+    for line in lines {
+        let against = &line["measured"];
+        assert_eq!(against["fitted_to"], "measurement", "{line}");
+        let [direct, of_sgd] =
+            [against, &against["of_sgd"]].map(|fit| fit["distance"]["suns"].as_f64().unwrap());
+        assert!(direct < of_sgd + 0.3, "{line}");
+        if line["model"] == "beckmann" || line["model"] == "ggx" {
+            assert!(line["fit"]["per_channel"]["channels"][2]["alpha"].as_f64().unwrap() > 0.0);
+        }
+    }
+}
+
+#[test]
+fn a_refitted_material_has_the_fits_to_its_surface_unless_asked_for_those_to_the_sgd() {
+    let fit = |to: &[&str]| {
+        json(&[&["fit", "--material", "aluminium@refit", "--model", "ggx", "--json"], to].concat())
+    };
+    let (measured, of_sgd) = (fit(&[]), fit(&["--to", "sgd"]));
+    let direct =
+        sgdbake::asset::direct_fits().iter().find(|fits| fits.name == "aluminium").unwrap();
+    let alpha = direct.ggx.measured.lobe.channels[0].alpha;
+    let joint = |fit: &Value| fit["fit"]["joint"]["channels"][0]["alpha"].as_f64().unwrap();
+    assert!((joint(&measured) - alpha).abs() < 1e-12, "{measured}");
+    assert_eq!(measured["measured"]["fitted_to"], "measurement");
+    assert!((joint(&of_sgd) - alpha).abs() > 1e-6 && of_sgd.get("measured").is_none(), "{of_sgd}");
+}

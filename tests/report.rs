@@ -153,7 +153,10 @@ fn a_sheet_has_every_element_and_needs_no_other_file() {
     for number in ["46.3841", "-0.0661102", "0.0878706"] {
         assert!(page.contains(number), "{number} is missing");
     }
-    assert_eq!(page.matches("<img ").count(), 4 + 3, "four balls, three difference maps");
+    assert_eq!(page.matches("<img ").count(), 5 + 4, "five balls, four difference maps");
+    let refit = &sgdbake::material::refit_of("alum-bronze").expect("refitted").error;
+    let row = format!("<tr><td>SGD refitted</td><td>{:.2}</td>", refit.delta_e);
+    assert!(page.contains(&row), "{row} is missing");
     assert_eq!(page.matches("class=\"polar\"").count(), 4 * 3, "lobes per angle and channel");
     assert_eq!(page.matches("class=\"chart\"").count(), 3 + 4, "D per channel, F, G1, ΔG1, albedo");
     for heading in

@@ -17,12 +17,12 @@ use crate::brdf::GltfBrdf;
 use crate::encode::{self, Format, TextureEntry, UnsupportedDepth};
 use crate::fit;
 use crate::lut::{BakeError, Baked, LeftOut, Placed, Quantity, Request, Table, bake_with_progress};
-use crate::material::Material;
+use crate::material::{Material, MaterialError};
 
 pub use direct::{
     DirectFits, Distances, GltfAt, OneLobeAt, Sources, direct_fits, direct_fits_of, stated_error,
 };
-pub use extension::{EXTENSION, Extension, ExtensionError, Extras};
+pub use extension::{EXTENSION, Extension, ExtensionError, Extras, ExtrasError};
 pub use fingerprint::fingerprint;
 pub use manifest::{Manifest, ManifestError, ManifestMaterial};
 pub use material::{MaterialEntry, Parameters, StatedError};
@@ -103,6 +103,9 @@ pub enum BuildError {
     /// The textures cannot be baked as requested.
     #[error(transparent)]
     Bake(#[from] BakeError),
+    /// Parameters that make no material.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
     /// The textures do not fit the file format.
     #[error(transparent)]
     Format(#[from] UnsupportedDepth),
@@ -177,6 +180,38 @@ pub fn build_with_progress(
     let assets = subjects.par_iter().zip(&placed);
     let assets = assets.map(|(subject, placed)| Asset::new(*subject, placed, &textures));
     Ok(Product { assets: assets.inspect(|_| step()).collect(), textures, left_out })
+}
+
+/// Builds again the assets that extras describe, one per element in order. Only their glTF
+/// material may be another than the exported one, where that was fitted to a measurement.
+///
+/// # Errors
+///
+/// As [`build`].
+pub fn rebuild(
+    extras: &[Extras],
+    request: &Request,
+    format: Format,
+) -> Result<Vec<Asset>, BuildError> {
+    let mut different: Vec<&Extras> = Vec::new();
+    for extras in extras {
+        if !different.contains(&extras) {
+            different.push(extras);
+        }
+    }
+    let materials: Vec<Material> =
+        different.iter().map(|extras| extras.parameters.material()).collect::<Result<_, _>>()?;
+    let product = build(&materials.iter().collect::<Vec<_>>(), request, format)?;
+    let mut assets = product.assets;
+    for (asset, extras) in assets.iter_mut().zip(&different) {
+        // Extras of earlier versions do not state it.
+        asset.material.error = extras.error.clone().or(asset.material.error.take());
+    }
+    let asset = |extras| {
+        let built = different.iter().zip(&assets).find(|(built, _)| **built == extras);
+        built.map(|(_, asset)| asset.clone())
+    };
+    Ok(extras.iter().filter_map(asset).collect())
 }
 
 impl Asset {

@@ -5,10 +5,12 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use crate::brdf::reflectance::{Reflectance, Sample, cosine_sample};
-use crate::brdf::{MaskingKind, SgdBrdf};
+use crate::brdf::{LobeTerms, MaskingKind, SgdBrdf};
 use crate::material::{MAX_LOBES, Material};
-use crate::math::direction::{above_horizon, cos_theta, cot_theta, tan2_theta};
-use crate::microfacet::{Accuracy, Distribution, Ggx, tuned_ggx_width};
+use crate::math::direction::{Angles, above_horizon, cos_theta, cot_theta, tan2_theta};
+use crate::microfacet::{
+    Accuracy, Distribution as _, Ggx, Sgd, VisibleNormals, from_slope_density, tuned_ggx_width,
+};
 
 /// The distributions that half vectors are drawn from.
 ///
@@ -73,8 +75,17 @@ pub struct WeightedDirection {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampler {
     brdf: SgdBrdf,
-    /// GGX in place of the lobes' own normals, one a lobe; empty where these are drawn themselves.
-    ggx: Vec<Ggx>,
+    /// One a lobe.
+    normals: Vec<Normals>,
+}
+
+/// The visible normals that are drawn for a lobe.
+#[derive(Clone, Debug, PartialEq)]
+enum Normals {
+    /// The lobe's own.
+    Own(VisibleNormals),
+    /// GGX in their place.
+    Ggx(Ggx),
 }
 
 impl Sampler {
@@ -82,20 +93,17 @@ impl Sampler {
     /// noise of any number of samples.
     #[must_use]
     pub fn new(material: &Material, kind: MaskingKind, strategy: Strategy) -> Self {
-        let brdf = SgdBrdf::with_accuracy(material, kind, Accuracy::Table);
-        let tuned =
-            || brdf.lobes.iter().map(|lobe| tuned_ggx_width(lobe.distribution.closed_form()));
-        let widths = match strategy {
-            Strategy::Vndf => Vec::new(),
-            Strategy::Ggx => tuned().collect(),
-        };
-        Self { brdf, ggx: Vec::new() }.with_ggx_widths(&widths)
+        let brdf = SgdBrdf::with_accuracy(material, kind, Accuracy::Table).tabulated();
+        let normals = brdf.lobes.iter().map(|lobe| Normals::new(&lobe.distribution, strategy));
+        Self { normals: normals.collect(), brdf }
     }
 
     /// The sampler that draws GGX normals of these widths, one a lobe.
     #[must_use]
     pub fn with_ggx_widths(mut self, widths: &[f64]) -> Self {
-        self.ggx = widths.iter().map(|alpha| Ggx { alpha: *alpha }).collect();
+        for (normals, alpha) in self.normals.iter_mut().zip(widths) {
+            *normals = Normals::Ggx(Ggx { alpha: *alpha });
+        }
         self
     }
 
@@ -105,37 +113,29 @@ impl Sampler {
     pub fn sample_with_weight(&self, wo: DVec3, u: [f64; 3]) -> Option<WeightedDirection> {
         let towards = self.towards(wo)?;
         let wi = towards.sample(u)?;
-        let pdf = towards.pdf(wi);
-        let weight = self.brdf.eval(wi, wo).map(|f| f * cos_theta(wi) / pdf);
-        Some(WeightedDirection { wi, pdf, weight })
+        let (pdf, f) = towards.density_and_value(wi)?;
+        Some(WeightedDirection { wi, pdf, weight: f.map(|f| f * cos_theta(wi) / pdf) })
     }
 
     /// The state that directions for one `wo` share; `None` below the horizon.
     #[must_use]
     pub fn towards(&self, wo: DVec3) -> Option<Towards<'_>> {
         above_horizon(wo).then(|| {
-            let shares = self.shares(wo);
-            let (cos_theta, cot_theta) = (cos_theta(wo), cot_theta(wo));
-            let density = |j: usize| match (shares[j], self.drawn(j)) {
-                (share, Some(normals)) if share > 0.0 => {
-                    share * 0.25 * (normals.g1(cot_theta) / cos_theta)
+            let (cos, cot) = (cos_theta(wo), cot_theta(wo));
+            let mut lobes = [LobeTowards::default(); MAX_LOBES];
+            let shares = self.shares(cos);
+            for ((normals, share), towards) in self.normals.iter().zip(shares).zip(&mut lobes) {
+                if share > 0.0 {
+                    let g1 = normals.g1(cot);
+                    *towards = LobeTowards { g1, density: share * 0.25 * (g1 / cos) };
                 }
-                _ => 0.0,
-            };
-            Towards { sampler: self, wo, shares, densities: std::array::from_fn(density) }
+            }
+            Towards { sampler: self, wo, shares, lobes }
         })
     }
 
-    /// The distribution whose visible normals are drawn for a lobe.
-    fn drawn(&self, lobe: usize) -> Option<&dyn Distribution> {
-        match self.ggx.get(lobe) {
-            Some(ggx) => Some(ggx),
-            None => self.brdf.lobes.get(lobe).map(|lobe| &lobe.distribution as &dyn Distribution),
-        }
-    }
-
     /// q(wo): the shares of the lobes and of diffuse, about what each reflects.
-    fn shares(&self, wo: DVec3) -> [f64; MAX_LOBES + 1] {
+    fn shares(&self, cos_theta_o: f64) -> [f64; MAX_LOBES + 1] {
         /// Keeps a lobe alive where its Fresnel curve crosses zero at θd = θo.
         const MIN_FRESNEL: f64 = 0.05;
         let mut shares = [0.0; MAX_LOBES + 1];
@@ -144,13 +144,45 @@ impl Sampler {
                 .map(|c| {
                     4.0 * FRAC_1_PI
                         * lobe.rho_s[c]
-                        * (lobe.fresnel[c].eval(cos_theta(wo)).abs() + MIN_FRESNEL)
+                        * (lobe.fresnel[c].eval(cos_theta_o).abs() + MIN_FRESNEL)
                 })
                 .sum();
         }
         shares[MAX_LOBES] = self.brdf.rho_d.iter().sum();
         let total: f64 = shares.iter().sum();
         if total > 0.0 { shares.map(|share| share / total) } else { [0.0, 0.0, 0.0, 1.0] }
+    }
+}
+
+impl Normals {
+    fn new(sgd: &Sgd, strategy: Strategy) -> Self {
+        match strategy {
+            Strategy::Vndf => Self::Own(VisibleNormals::new(sgd.mixture())),
+            Strategy::Ggx => Self::Ggx(Ggx { alpha: tuned_ggx_width(sgd.closed_form()) }),
+        }
+    }
+
+    /// G1 at cotθ of what is drawn.
+    fn g1(&self, cot_theta: f64) -> f64 {
+        match self {
+            Self::Own(own) => own.g1(cot_theta),
+            Self::Ggx(ggx) => ggx.g1(cot_theta),
+        }
+    }
+
+    /// D of what is drawn; `own` gives the lobe's.
+    fn ndf(&self, tan2_theta: f64, own: impl FnOnce() -> f64) -> f64 {
+        match self {
+            Self::Own(_) => own(),
+            Self::Ggx(ggx) => ggx.ndf(tan2_theta),
+        }
+    }
+
+    fn draw(&self, wo: DVec3, g1: f64, u: [f64; 3]) -> DVec3 {
+        match self {
+            Self::Own(own) => own.draw(wo, g1, u),
+            Self::Ggx(ggx) => ggx.visible_normal(wo, u),
+        }
     }
 }
 
@@ -177,8 +209,16 @@ pub struct Towards<'a> {
     wo: DVec3,
     /// q(wo) of the lobes and of diffuse.
     shares: [f64; MAX_LOBES + 1],
+    lobes: [LobeTowards; MAX_LOBES],
+}
+
+/// A lobe's part in [`Towards`].
+#[derive(Clone, Copy, Debug, Default)]
+struct LobeTowards {
+    /// G1(wo) of the normals that are drawn.
+    g1: f64,
     /// q_j G1_j(wo)/(4 cosθo).
-    densities: [f64; MAX_LOBES],
+    density: f64,
 }
 
 impl Towards<'_> {
@@ -193,12 +233,12 @@ impl Towards<'_> {
     #[must_use]
     pub fn sample(&self, [choice, u, v]: [f64; 3]) -> Option<DVec3> {
         let (technique, choice) = choose(self.shares, choice);
-        let wi = match self.sampler.drawn(technique) {
-            Some(normals) if technique < MAX_LOBES => {
-                let h = normals.visible_normal(self.wo, [choice, u, v]);
+        let wi = match self.sampler.normals.get(technique) {
+            Some(normals) => {
+                let h = normals.draw(self.wo, self.lobes[technique].g1, [choice, u, v]);
                 2.0 * self.wo.dot(h) * h - self.wo
             }
-            _ => cosine_sample([u, v]),
+            None => cosine_sample([u, v]),
         };
         above_horizon(wi).then_some(wi)
     }
@@ -210,12 +250,39 @@ impl Towards<'_> {
             return 0.0;
         }
         let tan2_h = tan2_theta(wi + self.wo);
-        let of_lobe = |j: usize| match self.sampler.drawn(j) {
-            Some(normals) if self.densities[j] > 0.0 => self.densities[j] * normals.ndf(tan2_h),
-            _ => 0.0,
+        let of_lobe = |j: usize| match self.lobes[j].density {
+            0.0 => 0.0,
+            density => density * self.sampler.normals[j].ndf(tan2_h, || self.own_ndf(j, tan2_h)),
         };
-        (0..MAX_LOBES).map(of_lobe).sum::<f64>()
-            + self.shares[MAX_LOBES] * cos_theta(wi) * FRAC_1_PI
+        self.diffuse_density(wi) + (0..MAX_LOBES).map(of_lobe).sum::<f64>()
+    }
+
+    /// The density and f at `wi`, which share D; `None` below the horizon.
+    fn density_and_value(&self, wi: DVec3) -> Option<(f64, [f64; 3])> {
+        let angles = Angles::of(wi, self.wo)?;
+        let brdf = &self.sampler.brdf;
+        let (mut pdf, mut f) =
+            (self.diffuse_density(wi), brdf.rho_d.map(|rho_d| rho_d * FRAC_1_PI));
+        for (j, lobe) in brdf.lobes.iter().enumerate() {
+            let ndf = self.own_ndf(j, angles.tan2_h);
+            pdf += self.lobes[j].density * self.sampler.normals[j].ndf(angles.tan2_h, || ndf);
+            let [g1_i, g1_o] = angles.cot.map(|cot| lobe.g1(cot));
+            let fresnel = lobe.fresnel.map(|fresnel| fresnel.eval(angles.cos_d));
+            let specular = lobe.specular(&LobeTerms { ndf, g1_i, g1_o, fresnel }, &angles);
+            f = std::array::from_fn(|c| f[c] + specular[c]);
+        }
+        Some((pdf, f))
+    }
+
+    /// D of lobe `j`, by one exponential.
+    fn own_ndf(&self, j: usize, tan2_h: f64) -> f64 {
+        let ndf = self.sampler.brdf.lobes[j].distribution.closed_form();
+        from_slope_density(ndf.peak() * ndf.log_decay(tan2_h).exp(), tan2_h)
+    }
+
+    /// q_d cosθi/π.
+    fn diffuse_density(&self, wi: DVec3) -> f64 {
+        self.shares[MAX_LOBES] * cos_theta(wi) * FRAC_1_PI
     }
 }
 

@@ -306,6 +306,7 @@ impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
         match error {
             BuildError::Bake(error) => error.into(),
+            BuildError::Material(error) => Self::job(error),
             BuildError::Format(error) => Self::usage(error).help("choose --format exr"),
         }
     }
@@ -315,6 +316,8 @@ impl From<BakeError> for Failure {
     fn from(error: BakeError) -> Self {
         match error {
             BakeError::NotReached { .. } => Self::check(error).help("accept a larger --tolerance"),
+            BakeError::Memory { .. } => Self::job(error)
+                .help("choose a smaller --size, a larger --tolerance or fewer materials"),
             _ => Self::usage(error),
         }
     }

@@ -63,9 +63,9 @@ pub struct Arguments {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum ObjectiveChoice {
     /// The sum of their squares
-    #[default]
     LeastSquares,
     /// The largest of them
+    #[default]
     Minimax,
 }
 
@@ -182,7 +182,7 @@ impl Study {
             name: material.name.clone(),
             pairs: timed(&target),
             fits,
-            sgd: known.map(|fits| measured::distance(fits.refit)),
+            sgd: known.map(|fits| fits.refit.into()),
         }
     }
 
@@ -239,7 +239,7 @@ impl Arguments {
             let pictured = pictured(&fit, material, ball, |_| None);
             return Fitted { model, fit, pictured, fitted_to: FittedTo::Sgd, of_sgd: None };
         };
-        let pictured = pictured(&fit, material, ball, |_| Some(measured::distance(distance)));
+        let pictured = pictured(&fit, material, ball, |_| Some(distance.into()));
         Fitted { model, fit, pictured, fitted_to: FittedTo::Measurement, of_sgd: None }
     }
 

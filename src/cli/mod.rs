@@ -24,6 +24,7 @@ mod measure;
 mod measured;
 mod model_fit;
 mod preview;
+mod restore;
 mod sample;
 mod sheet;
 mod slice;
@@ -83,6 +84,8 @@ enum Command {
     Fit(fit::Arguments),
     /// A scene with measured materials in its slots: fitted, with parameters and textures
     Export(export::Arguments),
+    /// The extension of an exported scene, rebuilt from its extras after a tool dropped it
+    Restore(restore::Arguments),
     /// The contents of a scene, a manifest or a lookup texture
     Inspect(inspect::Arguments),
     /// An audit of materials: reciprocity, energy, Fresnel and half-float ranges
@@ -135,6 +138,7 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Bake(arguments) => bake::run(arguments, output),
         Command::Fit(arguments) => fit::run(arguments, output),
         Command::Export(arguments) => export::run(arguments, output),
+        Command::Restore(arguments) => restore::run(arguments, output),
         Command::Inspect(arguments) => inspect::run(arguments, output),
         Command::Audit(arguments) => audit::run(arguments, output),
         Command::Preview(arguments) => preview::run(arguments, output),

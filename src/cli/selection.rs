@@ -79,9 +79,9 @@ pub fn chosen(name: &str, output: &Output) -> Result<Chosen, Failure> {
         let measured = Measured {
             source: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             energy: Energy::Conserve,
-            error: measured::distances(fit.distance),
+            error: fit.distance.into(),
             gltf,
-            gltf_error: measured::distances(surface.reference.distance(&gltf)),
+            gltf_error: surface.reference.distance(&gltf).into(),
         };
         return Ok(Chosen { material: fit.material, measured: Some(measured) });
     }

@@ -12,6 +12,7 @@ pub mod metric;
 pub(crate) mod minima;
 pub mod mixture;
 pub mod mixture_measured;
+pub(crate) mod mixture_problem;
 pub mod one_lobe;
 pub mod one_lobe_measured;
 pub(crate) mod picture;

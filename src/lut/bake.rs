@@ -11,6 +11,7 @@ use crate::lut::covering::{Covering, Places, Verdict, warps};
 use crate::lut::error::{BakeError, LeftOut};
 use crate::lut::extremes::Extremes;
 use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure};
+use crate::lut::memory;
 use crate::lut::probe::{Probe, probes, probes_of_pair};
 use crate::lut::quantity::Quantity;
 use crate::lut::range::{MAX_ROWS, VOLUME_WIDTHS};
@@ -109,6 +110,7 @@ pub fn bake_with_progress(
     if rows.lobes.len() > MAX_ROWS || rows.fresnel.len() > MAX_ROWS {
         return Err(BakeError::Rows { found: rows.fresnel.len().max(rows.lobes.len()) });
     }
+    memory::check(memory::of_bake(request, materials.len(), rows.lobes.len()))?;
     let left_out = sampled.iter().flat_map(|s| s.left_out(invisible)).collect();
     let mut tables = Vec::new();
     if !rows.lobes.is_empty() {

@@ -18,6 +18,7 @@ pub(crate) mod extremes;
 #[doc(hidden)]
 pub mod factors;
 pub(crate) mod interval;
+pub(crate) mod memory;
 #[doc(hidden)]
 pub mod probe;
 pub(crate) mod quantity;

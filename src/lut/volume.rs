@@ -22,6 +22,7 @@ use rayon::prelude::*;
 use crate::brdf::{Lobe, SgdBrdf};
 use crate::lut::attack::attack;
 use crate::lut::axis::{Axis, Variable, Warp};
+use crate::lut::memory;
 use crate::lut::probe::Probe;
 use crate::lut::quantity::{Encoding, Quantity};
 use crate::lut::range::VOLUME_WIDTHS;
@@ -404,6 +405,10 @@ impl Sizable for Volume<'_> {
     fn largest_growth(&self) -> Option<f64> {
         let mut growths = (0..200).map(|k| MAX_GROWTH * 0.95_f64.powi(k));
         growths.find(|growth| self.grown(*growth).iter().product::<usize>() <= MAX_TEXELS)
+    }
+
+    fn bytes(&self, growth: f64, depth: Depth) -> usize {
+        memory::of_texture(&self.grown(growth), depth)
     }
 
     fn build(&self, growth: f64, depth: Depth) -> Table {

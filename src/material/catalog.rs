@@ -81,6 +81,32 @@ impl Edition {
         };
         published.into_iter().flatten().chain(refitted.into_iter().flatten())
     }
+
+    /// The edition that holds this very material.
+    #[must_use]
+    pub fn of(material: &Material) -> Option<Self> {
+        let holds = |edition: &Self| edition.material(&material.name) == Some(material);
+        [Self::Published, Self::Refit].into_iter().find(holds)
+    }
+
+    /// The other one.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Published => Self::Refit,
+            Self::Refit => Self::Published,
+        }
+    }
+
+    /// Its material of a name of either edition.
+    #[must_use]
+    pub fn material(self, name: &str) -> Option<&'static Material> {
+        let name = name.strip_suffix(SUFFIX).unwrap_or(name);
+        match self {
+            Self::Published => find(name).ok().map(|entry| &entry.material),
+            Self::Refit => refit_of(name).map(|entry| &entry.material),
+        }
+    }
 }
 
 /// The material of that exact name in either edition.

@@ -276,6 +276,10 @@ fn number(value: &Spanned<DeValue<'_>>) -> Option<f64> {
     match value.get_ref() {
         DeValue::Float(float) => float.as_str().parse().ok(),
         DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+        // TOML also writes integers as 0xff, 0o377 and 0b1111.
+        DeValue::Integer(integer) => {
+            i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|n| n as f64)
+        }
         _ => None,
     }
 }
@@ -475,6 +479,8 @@ f1 = -0.6
                 "alpha = 0\n",
                 "m.toml:12: g.alpha = 0 is out of range; it must be between 1e-8 and 100",
             ),
+            ("rho_s = 1\n", "rho_s = 1e308\n", "m.toml:11: g.rho_s = 1e308 is out of range"),
+            ("rho_s = 1\n", "rho_s = 0xffff\n", "m.toml:11: g.rho_s = 65535 is out of range"),
             ("rho_s = 1\n", "rho_s = nan\n", "m.toml:11: g.rho_s = NaN is out of range"),
             ("rho_s = 1\n", "rho_s = -inf\n", "m.toml:11: g.rho_s = -inf is out of range"),
             ("p = 0\n", "p = -1\n", "m.toml:13: g.p = -1 is out of range"),

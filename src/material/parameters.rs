@@ -175,7 +175,7 @@ pub struct Material {
 
 /// A parameter outside the range in which the model is defined.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{key} = {value} is out of range; it must be {accepted}")]
+#[error("{key} = {} is out of range; it must be {accepted}", written(*.value))]
 pub struct ParameterError {
     /// The key as it stands in a file, e.g. `alpha`.
     pub key: &'static str,
@@ -183,6 +183,12 @@ pub struct ParameterError {
     pub value: f64,
     /// The accepted range, in words.
     pub accepted: &'static str,
+}
+
+/// A number as one writes it: 1e308 without its zeros.
+fn written(value: f64) -> String {
+    let short = value == 0.0 || !value.is_finite() || (1e-4..1e6).contains(&value.abs());
+    if short { value.to_string() } else { format!("{value:e}") }
 }
 
 /// The range a parameter must lie in.

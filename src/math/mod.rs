@@ -7,6 +7,7 @@ pub mod direction;
 pub mod exponential_integral;
 pub mod instruction_set;
 pub mod least_squares;
+pub mod octave_table;
 pub mod quadrature;
 
 pub use errorfunctions::RealErrorFunctions;

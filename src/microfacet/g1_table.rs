@@ -5,14 +5,9 @@ use nalgebra::SVector;
 
 use crate::math::arithmetic::{max, min};
 use crate::math::chebyshev::{interpolation, nodes};
+use crate::math::octave_table::OctaveTable;
 use crate::microfacet::{BeckmannMixture, Distribution, Sgd};
 
-/// Coefficients of a piece.
-const ORDER: usize = 8;
-/// log₂ of the pieces per octave of cotθ.
-const FINENESS: u32 = 2;
-/// Bits of an f64 below those that number a piece.
-const PLACE_BITS: u32 = f64::MANTISSA_DIGITS - 1 - FINENESS;
 /// A lobe of width α no longer changes for cotθ below α/8, but for a smooth series.
 const LOW: f64 = 0.125;
 /// At cotθ = 6.5 α, Λ of a lobe of width α is below 1e-19.
@@ -23,54 +18,25 @@ const HIGH: f64 = 6.5;
 /// # Derivation
 ///
 /// Λ of a Beckmann lobe is a function of cotθ/α alone, analytic within a quarter turn around the
-/// positive axis. On a quarter octave the Chebyshev series of such a function gains a factor of
-/// at least 15 with each term; eight terms leave less than 1e-8 of G1. Below the narrowest lobe's
-/// width one piece reaches the horizon; beyond the widest, G1 = 1.
+/// positive axis: an [`OctaveTable`] leaves less than 1e-8 of G1. Below the narrowest lobe's width
+/// one piece reaches the horizon; beyond the widest, G1 = 1.
 #[derive(Clone, Debug, PartialEq)]
-pub struct G1Table {
-    /// The number of the first quarter octave, as the leading bits of its cotθ.
-    first: u64,
-    /// Where it starts; the first piece lies below.
-    start: f64,
-    pieces: Vec<[f64; ORDER]>,
-}
+pub struct G1Table(OctaveTable);
 
 impl G1Table {
     /// The table of a mixture's G1.
     #[must_use]
     pub fn of(mixture: &BeckmannMixture) -> Self {
         let [narrowest, widest] = mixture.widths();
-        let number = |cot: f64| cot.to_bits() >> PLACE_BITS;
-        let first = number(LOW * narrowest);
-        let end = number(HIGH * widest).max(first) + 1;
-        let border = |number: u64| f64::from_bits(number << PLACE_BITS);
-        let start = border(first);
-        let fit = interpolation::<ORDER>();
-        let piece = |low: f64, high: f64| -> [f64; ORDER] {
-            let value = |v: f64| {
-                let cot = 0.5 * ((high + low) + (high - low) * v);
-                mixture.g1(cot) / cot
-            };
-            (fit * SVector::from(nodes().map(value))).into()
-        };
-        let octaves = (first..end).map(|number| piece(border(number), border(number + 1)));
-        Self { first, start, pieces: std::iter::once(piece(0.0, start)).chain(octaves).collect() }
+        let ratio = |cot: f64| mixture.g1(cot) / cot;
+        Self(OctaveTable::new([LOW * narrowest, HIGH * widest], ratio))
     }
 
     /// G1 at cotθ ≥ 0.
+    #[inline]
     #[must_use]
     pub fn g1(&self, cot_theta: f64) -> f64 {
-        let bits = cot_theta.to_bits();
-        let (piece, v) = if cot_theta < self.start {
-            (0, 2.0 * cot_theta / self.start - 1.0)
-        } else {
-            // The bits below the piece's number, as those of a number in [1, 2).
-            let place = (bits << (FINENESS + 12)) >> 12 | 1.0_f64.to_bits();
-            ((bits >> PLACE_BITS) - self.first + 1, 2.0 * f64::from_bits(place) - 3.0)
-        };
-        let Some(coefficients) = self.pieces.get(piece as usize) else { return 1.0 };
-        let ratio = coefficients.iter().rev().fold(0.0, |sum, c| sum * v + c);
-        (ratio * cot_theta).min(1.0)
+        self.0.value(cot_theta).map_or(1.0, |ratio| (ratio * cot_theta).min(1.0))
     }
 }
 

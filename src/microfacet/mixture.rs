@@ -121,6 +121,25 @@ impl BeckmannMixture {
         }
         self.components.last().map_or(1.0, |component| component.alpha)
     }
+
+    /// The width of the component that `choice` falls to among those that mask at cotθ, and where in
+    /// its share.
+    ///
+    /// Component j is chosen with probability w_j Λ_j/Λ; `lambda` is Λ there.
+    #[must_use]
+    pub fn masking_width(&self, cot_theta: f64, lambda: f64, choice: f64) -> (f64, f64) {
+        let mut rest = choice * lambda;
+        let widest = self.components.first().map_or(1.0, |component| component.alpha);
+        for Component { alpha, weight } in &self.components {
+            let masked = weight * beckmann::lambda(cot_theta / alpha);
+            if rest < masked {
+                return (*alpha, rest / masked);
+            }
+            rest -= masked;
+        }
+        // `lambda` was rounded up.
+        (widest, 0.5)
+    }
 }
 
 impl Distribution for BeckmannMixture {

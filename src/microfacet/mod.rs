@@ -11,9 +11,10 @@ pub(crate) mod ggx;
 pub(crate) mod mixture;
 pub(crate) mod one_width;
 pub(crate) mod sgd;
+pub(crate) mod visible_normals;
 
 pub use beckmann::Beckmann;
-pub use distribution::{Distribution, grazing_limit};
+pub use distribution::{Distribution, from_slope_density, grazing_limit};
 pub use fitted_masking::FittedMasking;
 pub use fresnel::Fresnel;
 pub use g1_polynomial::G1Polynomial;
@@ -22,3 +23,4 @@ pub use ggx::Ggx;
 pub use mixture::{BeckmannMixture, Component, SharedMixture};
 pub use one_width::{Family, OneWidth};
 pub use sgd::{Accuracy, Sgd, SgdNdf, tuned_ggx_width};
+pub use visible_normals::VisibleNormals;

@@ -55,41 +55,51 @@ impl Scene {
         assigned: &[(SlotId, &Asset)],
         target: &Path,
     ) -> Result<Export, SceneError> {
-        let container = Container::of(target)?;
-        let mut job = Job {
-            scene: self,
-            container,
-            stem: target.file_stem().and_then(OsStr::to_str).unwrap_or("scene").to_owned(),
-            folder: target.parent().unwrap_or(Path::new("")).to_owned(),
-            draft: Draft::new(&self.text, self.bin.as_ref())?,
-            files: Vec::new(),
-            names: HashSet::new(),
-            stored: HashMap::new(),
-            warnings: Vec::new(),
-        };
-        let replaced = replaced(assigned);
-        job.resources(&replaced)?;
-        job.convert(&replaced)?;
+        let mut job = Job::new(self, target, &replaced(assigned))?;
         job.assign(assigned)?;
         job.finish(target, !assigned.is_empty())
     }
 }
 
-struct Job<'s> {
+/// A scene on its way to its files.
+pub(super) struct Job<'s> {
     scene: &'s Scene,
     container: Container,
     stem: String,
     folder: PathBuf,
-    draft: Draft<'s>,
+    pub draft: Draft<'s>,
     files: Vec<OutputFile>,
     /// File names in the target's folder that are taken.
     names: HashSet<PathBuf>,
     /// Where the bytes of a texture went: its buffer view or its address.
     stored: HashMap<*const u8, Location>,
-    warnings: Vec<String>,
+    pub warnings: Vec<String>,
 }
 
-impl Job<'_> {
+impl<'s> Job<'s> {
+    /// The scene in the target's container; the materials in `replaced` get another extension.
+    pub fn new(
+        scene: &'s Scene,
+        target: &Path,
+        replaced: &BTreeSet<usize>,
+    ) -> Result<Self, SceneError> {
+        let container = Container::of(target)?;
+        let mut job = Self {
+            scene,
+            container,
+            stem: target.file_stem().and_then(OsStr::to_str).unwrap_or("scene").to_owned(),
+            folder: target.parent().unwrap_or(Path::new("")).to_owned(),
+            draft: Draft::new(&scene.text, scene.bin.as_ref())?,
+            files: Vec::new(),
+            names: HashSet::new(),
+            stored: HashMap::new(),
+            warnings: Vec::new(),
+        };
+        job.resources(replaced)?;
+        job.convert(replaced)?;
+        Ok(job)
+    }
+
     /// Files of the scene that stay files are copied along, unless they lie there already.
     fn resources(&mut self, replaced: &BTreeSet<usize>) -> Result<(), SceneError> {
         let mut resources = self.scene.extension_files(replaced)?;
@@ -292,8 +302,7 @@ impl Job<'_> {
         let mut mark = Some(fingerprint::PLACEHOLDER.to_owned());
         for (slot, asset) in assigned {
             let mark = mark.take();
-            let textures: Vec<_> =
-                asset.textures.iter().map(|t| self.attach(t)).collect::<Result<_, _>>()?;
+            let textures = self.attach_all(asset)?;
             match slot {
                 SlotId::Material(index) => {
                     let warnings = &mut self.warnings;
@@ -339,6 +348,11 @@ impl Job<'_> {
         Ok(())
     }
 
+    /// The extension's entries for the textures of an asset.
+    pub fn attach_all(&mut self, asset: &Asset) -> Result<Vec<TextureEntry>, SceneError> {
+        asset.textures.iter().map(|texture| self.attach(texture)).collect()
+    }
+
     /// The extension's entry for a texture whose bytes are stored with the scene, once.
     fn attach(&mut self, texture: &Texture) -> Result<TextureEntry, SceneError> {
         let bytes = Arc::as_ptr(&texture.bytes).cast::<u8>();
@@ -377,7 +391,7 @@ impl Job<'_> {
         name
     }
 
-    fn finish(mut self, target: &Path, assigned: bool) -> Result<Export, SceneError> {
+    pub fn finish(mut self, target: &Path, assigned: bool) -> Result<Export, SceneError> {
         let (text, bin) = self.draft.finish()?;
         let text = if assigned { fingerprint::mark(text) } else { text };
         let pieces = match self.container {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use serde_json::{Value, json};
 
-use crate::asset::{Asset, EXTENSION, Extension, Extras};
+use crate::asset::{Asset, EXTENSION, Extension, Extras, MaterialEntry};
 use crate::encode::TextureEntry;
 use crate::scene::text::{Pieces, quote};
 
@@ -61,6 +61,22 @@ pub(super) fn replace(
     if let Some(extras) = extras(material.get("extras"), asset)? {
         material.set("extras", extras);
     }
+    Ok(material.to_text())
+}
+
+/// The text of the material `raw` with the extension alone set to that of `entry`.
+pub(super) fn restore(
+    raw: &str,
+    entry: &MaterialEntry,
+    textures: Vec<TextureEntry>,
+    document: Option<String>,
+) -> serde_json::Result<String> {
+    let mut material = Pieces::object(raw)?;
+    let mut extensions = Pieces::object(material.get("extensions").unwrap_or("{}"))?;
+    extensions.remove(EXTENSION);
+    extensions.set(EXTENSION, body(entry, textures, document)?);
+    let extensions = extensions.to_text();
+    material.set("extensions", extensions);
     Ok(material.to_text())
 }
 
@@ -167,10 +183,19 @@ fn extensions(
         };
         extensions.set(name, body);
     }
-    let mut body = Extension::new(&asset.material, textures);
-    body.document = document;
-    extensions.set(EXTENSION, serde_json::to_string(&body)?);
+    extensions.set(EXTENSION, body(&asset.material, textures, document)?);
     Ok(extensions.to_text())
+}
+
+/// The text of the extension's body.
+fn body(
+    material: &MaterialEntry,
+    textures: Vec<TextureEntry>,
+    document: Option<String>,
+) -> serde_json::Result<String> {
+    let mut body = Extension::new(material, textures);
+    body.document = document;
+    serde_json::to_string(&body)
 }
 
 /// `extras` with `sgd` in it; `None` where `extras` is not an object.
@@ -180,6 +205,6 @@ fn extras(raw: Option<&str>, asset: &Asset) -> serde_json::Result<Option<String>
         return Ok(None);
     }
     let mut extras = Pieces::object(raw)?;
-    extras.set("sgd", serde_json::to_string(&Extras::new(&asset.material.parameters))?);
+    extras.set("sgd", serde_json::to_string(&Extras::new(&asset.material))?);
     Ok(Some(extras.to_text()))
 }

@@ -32,6 +32,7 @@ mod obj;
 mod outline;
 mod prune;
 mod resource;
+mod restore;
 mod slot;
 mod text;
 mod triangles;

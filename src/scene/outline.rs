@@ -85,6 +85,8 @@ pub(super) struct Material {
     pub name: Option<String>,
     #[serde(default)]
     pub extensions: MaterialExtensions,
+    #[serde(default)]
+    pub extras: Value,
 }
 
 #[derive(Debug, Default, Deserialize)]

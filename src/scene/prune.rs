@@ -35,7 +35,17 @@ impl Scene {
     /// Materials that are not valid JSON objects.
     pub fn pruned(self, assigned: &[(SlotId, &Asset)]) -> Result<Self, SceneError> {
         let images = self.unused_images(assigned)?;
-        let released = self.released(&images, assigned);
+        self.without_content(&images, &replaced(assigned))
+    }
+
+    /// The scene without these images, and without the lookup textures that only these materials
+    /// have.
+    pub(super) fn without_content(
+        self,
+        images: &BTreeSet<usize>,
+        replaced: &BTreeSet<usize>,
+    ) -> Result<Self, SceneError> {
+        let released = self.released(images, replaced);
         if images.is_empty() && released.is_empty() {
             return Ok(self);
         }
@@ -61,7 +71,7 @@ impl Scene {
             Some(_) if !images.is_empty() => Some(draft.embed(PIXEL.to_vec().into())?),
             _ => None,
         };
-        for index in &images {
+        for index in images {
             draft.edit("images", *index, |raw| placeholder(raw, pixel))?;
         }
         let (text, bin) = draft.finish()?;
@@ -97,8 +107,7 @@ impl Scene {
     }
 
     /// The buffer view of each image, and of each lookup texture of a replaced material.
-    fn released(&self, images: &BTreeSet<usize>, assigned: &[(SlotId, &Asset)]) -> Vec<u64> {
-        let replaced = replaced(assigned);
+    fn released(&self, images: &BTreeSet<usize>, replaced: &BTreeSet<usize>) -> Vec<u64> {
         let mut views: Vec<u64> = images
             .iter()
             .filter_map(|image| Some(self.outline.images[*image].buffer_view?.0))

@@ -1,6 +1,7 @@
 """Compares the engines' pictures with the materials and the measurement, and each with its form; writes docs/engines.md.
 
     python report.py SGDBAKE PICTURES MATERIALS.json … [--measured FOLDER] [--environment FILE.hdr] [-o docs/engines.md]
+    python report.py … --environment FILE.hdr --only-environment -o docs/engines.md     only that section is written anew
 
 PICTURES/LIST/ENGINE/LABEL.f32 are pictures under suns of draw.mjs and blender.py, LIST the stem of a MATERIALS.json;
 PICTURES/LIST/environment/ENGINE/LABEL.f32 those under the environment alone.
@@ -14,10 +15,11 @@ import numpy as np
 
 import forms
 import truth
-from picture import EDGE, SIZE, SunPixels, delta_e, normals
+from picture import EDGE, SunPixels, delta_e, normals
 
 ENGINES = {"three": "three.js 0.187.0", "babylon": "Babylon.js 9.35.0", "filament": "Filament 1.53.4", "khronos": "Khronos viewer 1.1.0",
            "blender": "Blender 4.5, Cycles"}
+LIT_SIZE = 24  # pixels of a ball under the environment: the exact pictures take long to converge
 EXPOSURE = 0.5  # under the environment: a white diffuse ball is then about half of white
 GOAL = (1.3, 2.0)  # median and 90th percentile of the mean ΔE2000 to the measured surface
 BRIGHTEST = 30.0  # Babylon.js clamps radiance to it
@@ -40,15 +42,8 @@ class Row:
             path = folder / engine / f"{label}.f32"
             if path.is_file():
                 self.engines[engine] = self._measure(engine, pixels, pixels.read(path), material)
-        lit = {engine: folder / "environment" / engine / f"{label}.f32" for engine in self.engines}
-        lit = {engine: path for engine, path in lit.items() if path.is_file()}
-        if panorama and lit:
-            inside = normals()[1] < EDGE
-            reference = truth.under_environment(binary, self.name, panorama, SIZE)[inside]
-            for engine, path in lit.items():
-                seen = np.fromfile(path, "<f4").reshape(SIZE, SIZE, 3).astype(float)[inside]
-                d = delta_e(EXPOSURE * seen, EXPOSURE * reference)
-                self.engines[engine]["environment"] = (d.mean(), d.max())
+        for engine, found in under_environment(entry, folder, binary, panorama).items():
+            self.engines.setdefault(engine, {})["environment"] = found
 
     def _measure(self, engine, pixels, seen, material):
         form = pixels.radiance(forms.FORMS[engine](material, forms.Angles.of(pixels.wi, pixels.wo)))
@@ -56,6 +51,38 @@ class Row:
         off = np.abs(seen - form)[counted] / np.maximum(form[counted], 1e-3)
         found = {key: delta_e(seen, reference) for key, reference in self.references.items()}
         return {"form": off.max(), **{key: (d.mean(), d.max()) for key, d in found.items()}}
+
+
+class EnvironmentRow:
+    """One material under the environment alone: per engine the colour difference to it."""
+
+    def __init__(self, entry, folder, binary, panorama):
+        self.name = entry["name"]
+        self.engines = {engine: {"environment": found} for engine, found in under_environment(entry, folder, binary, panorama).items()}
+
+
+def under_environment(entry, folder, binary, panorama):
+    """The mean and largest difference of each engine's picture to that of the exact material."""
+    paths = {engine: folder / "environment" / engine / f"{entry['label']}.f32" for engine in ENGINES}
+    paths = {engine: path for engine, path in paths.items() if panorama and path.is_file()}
+    if not paths:
+        return {}
+    inside = normals(LIT_SIZE)[1] < EDGE
+    kept = folder / "environment/exact" / f"{entry['label']}.f32"
+    if not kept.is_file():
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        truth.under_environment(binary, entry["name"], panorama, LIT_SIZE).astype("<f4").tofile(kept)
+    reference, found = read_lit(kept)[inside], {}
+    for engine, path in paths.items():
+        seen = read_lit(path)[inside]
+        d = delta_e(EXPOSURE * seen, EXPOSURE * reference)
+        found[engine] = (d.mean(), d.max())
+    return found
+
+
+def read_lit(path):
+    """A picture under the environment, size x size x 3."""
+    return np.fromfile(path, "<f4").reshape(LIT_SIZE, LIT_SIZE, 3).astype(float)
 
 
 def drawn(lists, key):
@@ -124,14 +151,28 @@ def document(lists):
              "## To the measured surface, under suns", "", *MEASURED.strip().splitlines(), "", *goal(lists), "", *summary(lists, "measurement"), "",
              "## To the exact material, under suns", "", *EXACT.strip().splitlines(), "", *summary(lists, "material"), ""]
     if drawn(lists, "environment")[0]:
-        lines += ["## To the exact material, under an environment", "", *ENVIRONMENT.strip().splitlines(), "",
-                  *summary(lists, "environment"), "", "Mean / largest ΔE2000:", "", *table(lists, "environment"), ""]
-    lines += ["## The engines' forms", "", "Largest deviation of [engine-forms.md](engine-forms.md) from a pixel, over all materials above:", "",
+        lines += environment_section(lists)
+    lines += [FORMS, "", "Largest deviation of [engine-forms.md](engine-forms.md) from a pixel, over all materials above:", "",
               *forms_error(lists), "", *LIMITS.strip().splitlines(), ""]
     for key, to in (("measurement", "the measured surface"), ("material", "the exact material")):
         lines += [f"## Each material, under suns, to {to}", "", f"Mean / largest ΔE2000, {' → '.join(drawn(lists, key)[0])}.", "", *table(lists, key), ""]
     return "\n".join(lines)
 
+
+def environment_section(lists):
+    names = drawn(lists, "environment")[0]
+    counts = ", ".join(f"{name} {sum(bool(row.engines) for row in lists[name])}" for name in names)
+    return [LIT, "", *ENVIRONMENT.strip().splitlines(), "", f"Materials drawn: {counts}.", "", *summary(lists, "environment"), "",
+            f"Mean / largest ΔE2000, {' → '.join(names)}:", "", *table(lists, "environment"), ""]
+
+
+def with_section(page, section):
+    """The page with the section under the environment in its place."""
+    before, after = page.split(f"\n{FORMS}\n")
+    return f"{before.split(LIT)[0].rstrip()}\n\n{section}\n{FORMS}\n{after}"
+
+
+LIT, FORMS = "## To the exact material, under an environment", "## The engines' forms"
 
 HEAD = """
 # The glTF material in real engines
@@ -152,7 +193,7 @@ To the SGD material of the same edition, by `sgdbake eval`. The refit's glTF mat
 """
 
 ENVIRONMENT = """
-royal_esplanade_1k.hdr, exposure 0.5, every eighth material, to a picture of the exact material of the same edition by `sgdbake preview` with 1024 directions per pixel. The engines filter the panorama first, each in its way: what they lose there is in these figures.
+royal_esplanade_1k.hdr, exposure 0.5, every fourth material of the catalogue, a ball of 24 × 24 pixels, to a picture of the exact material of the same edition by `sgdbake preview` with 16384 directions per pixel. three.js and Babylon.js filter the panorama first, each in its way: what they lose there is in these figures. Cycles samples it, with 16384 samples per pixel.
 """
 
 LIMITS = """
@@ -173,8 +214,15 @@ def main():
     parser.add_argument("materials", type=Path, nargs="+")
     parser.add_argument("--measured", type=Path, default=truth.ROOT.parent / "shared/measured")
     parser.add_argument("--environment", type=Path)
+    parser.add_argument("--only-environment", action="store_true")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args()
+    if options.only_environment:
+        lists = {path.stem: [EnvironmentRow(entry, options.pictures / path.stem, options.binary, options.environment) for entry in json.loads(path.read_text())]
+                 for path in options.materials}
+        section = "\n".join(environment_section(lists))
+        options.output.write_text(with_section(options.output.read_text(), section))
+        return
     pixels, nets = SunPixels(), truth.networks(options.measured)
     lists = {path.stem: [Row(entry, options.pictures / path.stem, pixels, options.binary, nets, options.environment) for entry in json.loads(path.read_text())]
              for path in options.materials}

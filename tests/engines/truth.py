@@ -25,7 +25,7 @@ def exact(binary, name, wi, wo):
     return np.array([[pair[c]["brdf"] for c in "rgb"] for pair in pairs])  # of one lobe or several alike
 
 
-def under_environment(binary, name, panorama, size, samples=1024):
+def under_environment(binary, name, panorama, size, samples=16384):
     """Radiance of the ball by `sgdbake preview`, size x size x 3, rows upwards: the middle ninth of each pixel."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ball.exr"

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_1_PI, LOG2_E};
 
 use glam::Vec3;
 
-use crate::brdf::batch::masking::BatchMasking;
+use crate::brdf::batch::masking::{BatchMasking, Place};
 use crate::brdf::batch::{Pairs, RgbMut};
 use crate::brdf::{LobeCurves, LobeTerms, Terms};
 use crate::material::{LobeParams, Material};
@@ -20,6 +20,8 @@ type Lanes = [f32; BLOCK];
 
 /// tan²θh beyond which D of every lobe that f32 can hold is 0; its square is still finite.
 const LARGEST_TAN2: f32 = 1e15;
+/// 1/α² at most: its product with [`LARGEST_TAN2`] is finite.
+const LARGEST_INV_ALPHA2: f64 = 1e22;
 
 /// A material's constants besides its masking, saturated to the range of f32.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +84,7 @@ impl LobeConstants {
         Self {
             peak: single(SgdNdf::new(alpha, p).peak()),
             decay: single(LOG2_E / alpha),
-            inv_alpha2: single(1.0 / (alpha * alpha)),
+            inv_alpha2: (1.0 / (alpha * alpha)).min(LARGEST_INV_ALPHA2) as f32,
             p: single(p),
             colours: [0, 1, 2].map(colour),
         }
@@ -92,7 +94,7 @@ impl LobeConstants {
     #[inline(always)]
     fn ndf<A: Arithmetic>(&self, tan2_theta: f32) -> f32 {
         let x = min(tan2_theta, LARGEST_TAN2);
-        let power = self.p * log2::<A>(min(A::mul_add(x, self.inv_alpha2, 1.0), f32::MAX));
+        let power = self.p * log2::<A>(A::mul_add(x, self.inv_alpha2, 1.0));
         let density = self.peak * exp2::<A>(A::mul_add(-x, self.decay, -power));
         min(density * ((1.0 + x) * (1.0 + x)), f32::MAX)
     }
@@ -101,11 +103,25 @@ impl LobeConstants {
 impl ColourConstants {
     /// F at ε = 1 − cosθd, as (f0 − f1) + (1 − f0) ε⁵ + f1 ε: no cancellation towards ε = 0.
     #[inline(always)]
-    fn fresnel<A: Arithmetic>(&self, one_minus_cos_d: f32) -> f32 {
-        let e = one_minus_cos_d;
+    fn fresnel<A: Arithmetic>(&self, fresnel: FresnelAt) -> f32 {
+        let linear = A::mul_add(self.f1, fresnel.e, self.fresnel_normal);
+        A::mul_add(self.fresnel_schlick, fresnel.e5, linear)
+    }
+}
+
+/// ε = 1 − cosθd and ε⁵.
+#[derive(Clone, Copy, Debug)]
+struct FresnelAt {
+    e: f32,
+    e5: f32,
+}
+
+impl FresnelAt {
+    #[inline(always)]
+    fn new(cos_d: f32) -> Self {
+        let e = max(1.0 - cos_d, 0.0);
         let e2 = e * e;
-        let linear = A::mul_add(self.f1, e, self.fresnel_normal);
-        A::mul_add(self.fresnel_schlick * e, e2 * e2, linear)
+        Self { e, e5: e * (e2 * e2) }
     }
 }
 
@@ -114,11 +130,9 @@ impl ColourConstants {
 struct Shared {
     visible: bool,
     tan2_h: f32,
-    one_minus_cos_d: f32,
-    masking_i: f32,
-    masking_o: f32,
-    inv_cos_i: f32,
-    inv_cos_o: f32,
+    fresnel: FresnelAt,
+    masking_i: Place,
+    masking_o: Place,
 }
 
 impl Shared {
@@ -131,11 +145,9 @@ impl Shared {
         Self {
             visible: above_horizon::<A>(wi) & above_horizon::<A>(wo),
             tan2_h: A::mul_add(slope_x, slope_x, slope_y * slope_y),
-            one_minus_cos_d: max(1.0 - cos_d, 0.0),
-            masking_i: M::coordinate::<A>(wi[2], sin_theta::<A>(wi)),
-            masking_o: M::coordinate::<A>(wo[2], sin_theta::<A>(wo)),
-            inv_cos_i: 1.0 / wi[2],
-            inv_cos_o: 1.0 / wo[2],
+            fresnel: FresnelAt::new(cos_d),
+            masking_i: M::place::<A>(wi),
+            masking_o: M::place::<A>(wo),
         }
     }
 }
@@ -147,44 +159,10 @@ fn above_horizon<A: Arithmetic>([x, y, z]: [f32; 3]) -> bool {
     (z >= f32::MIN_POSITIVE) & ((length2 - 1.0).abs() <= 1e-2)
 }
 
+/// (ρs/π) F D (G1(wi)/cosθi) (G1(wo)/cosθo) of one colour; `shape` is the product without ρs/π and F.
 #[inline(always)]
-fn sin_theta<A: Arithmetic>([x, y, _]: [f32; 3]) -> f32 {
-    A::mul_add(x, x, y * y).sqrt()
-}
-
-/// The factors of a lobe that its colours share, for one pair.
-#[derive(Clone, Copy, Debug)]
-struct LobeAt {
-    ndf: f32,
-    g1_i: f32,
-    g1_o: f32,
-    /// (G1(wi)/cosθi) (G1(wo)/cosθo).
-    visibility: f32,
-}
-
-impl LobeAt {
-    #[inline(always)]
-    fn new<A: Arithmetic, M: BatchMasking>(
-        lobe: &LobeConstants,
-        masking: &M,
-        shared: &Shared,
-    ) -> Self {
-        let g1_i = masking.g1::<A>(shared.masking_i);
-        let g1_o = masking.g1::<A>(shared.masking_o);
-        let (v_i, v_o) = (g1_i * shared.inv_cos_i, g1_o * shared.inv_cos_o);
-        Self { ndf: lobe.ndf::<A>(shared.tan2_h), g1_i, g1_o, visibility: v_i * v_o }
-    }
-}
-
-/// (ρs/π) F D (G1(wi)/cosθi) (G1(wo)/cosθo) of one colour.
-#[inline(always)]
-fn specular<A: Arithmetic>(
-    colour: &ColourConstants,
-    one_minus_cos_d: f32,
-    ndf: f32,
-    visibility: f32,
-) -> f32 {
-    let specular = colour.specular * colour.fresnel::<A>(one_minus_cos_d) * ndf * visibility;
+fn specular<A: Arithmetic>(colour: &ColourConstants, fresnel: FresnelAt, shape: f32) -> f32 {
+    let specular = colour.specular * colour.fresnel::<A>(fresnel) * shape;
     max(min(specular, f32::MAX), -f32::MAX)
 }
 
@@ -192,50 +170,37 @@ fn specular<A: Arithmetic>(
 struct SharedBlock {
     visible: [u32; BLOCK],
     tan2_h: Lanes,
-    one_minus_cos_d: Lanes,
-    masking_i: Lanes,
-    masking_o: Lanes,
-    inv_cos_i: Lanes,
-    inv_cos_o: Lanes,
+    e: Lanes,
+    e5: Lanes,
+    masking_i: [Lanes; 2],
+    masking_o: [Lanes; 2],
 }
 
 impl SharedBlock {
     #[inline(always)]
-    fn new<A: Arithmetic, M: BatchMasking>(wi: &[Lanes; 3], wo: &[Lanes; 3]) -> Self {
-        let empty = [0.0; BLOCK];
-        let mut block = Self {
+    fn empty() -> Self {
+        Self {
             visible: [0; BLOCK],
-            tan2_h: empty,
-            one_minus_cos_d: empty,
-            masking_i: empty,
-            masking_o: empty,
-            inv_cos_i: empty,
-            inv_cos_o: empty,
-        };
+            tan2_h: [0.0; BLOCK],
+            e: [0.0; BLOCK],
+            e5: [0.0; BLOCK],
+            masking_i: [[0.0; BLOCK]; 2],
+            masking_o: [[0.0; BLOCK]; 2],
+        }
+    }
+
+    /// Overwritten where it lies: moving it would take as long as a fifth of the evaluation.
+    #[inline(always)]
+    fn fill<A: Arithmetic, M: BatchMasking>(&mut self, wi: [&Lanes; 3], wo: [&Lanes; 3]) {
         for i in 0..BLOCK {
             let shared =
                 Shared::new::<A, M>([wi[0][i], wi[1][i], wi[2][i]], [wo[0][i], wo[1][i], wo[2][i]]);
-            block.visible[i] = u32::from(shared.visible);
-            block.tan2_h[i] = shared.tan2_h;
-            block.one_minus_cos_d[i] = shared.one_minus_cos_d;
-            block.masking_i[i] = shared.masking_i;
-            block.masking_o[i] = shared.masking_o;
-            block.inv_cos_i[i] = shared.inv_cos_i;
-            block.inv_cos_o[i] = shared.inv_cos_o;
-        }
-        block
-    }
-
-    #[inline(always)]
-    fn lane(&self, i: usize) -> Shared {
-        Shared {
-            visible: self.visible[i] != 0,
-            tan2_h: self.tan2_h[i],
-            one_minus_cos_d: self.one_minus_cos_d[i],
-            masking_i: self.masking_i[i],
-            masking_o: self.masking_o[i],
-            inv_cos_i: self.inv_cos_i[i],
-            inv_cos_o: self.inv_cos_o[i],
+            self.visible[i] = u32::from(shared.visible);
+            self.tan2_h[i] = shared.tan2_h;
+            self.e[i] = shared.fresnel.e;
+            self.e5[i] = shared.fresnel.e5;
+            [self.masking_i[0][i], self.masking_i[1][i]] = shared.masking_i;
+            [self.masking_o[0][i], self.masking_o[1][i]] = shared.masking_o;
         }
     }
 }
@@ -249,19 +214,31 @@ pub fn eval<A: Arithmetic, M: BatchMasking>(
     out: &mut RgbMut<'_>,
 ) {
     let length = pairs.wi[0].len();
+    let mut shared = SharedBlock::empty();
+    let mut padded = [[0.0; BLOCK]; 6];
+    let mut values = [[0.0; BLOCK]; 3];
     for start in (0..length).step_by(BLOCK) {
         let count = BLOCK.min(length - start);
-        let [wi, wo] = [load(pairs.wi, start, count), load(pairs.wo, start, count)];
-        let shared = SharedBlock::new::<A, M>(&wi, &wo);
-        let mut values = material.diffuse.map(|diffuse| [diffuse; BLOCK]);
+        let [wi_x, wi_y, wi_z] = pairs.wi;
+        let [wo_x, wo_y, wo_z] = pairs.wo;
+        let components = [wi_x, wi_y, wi_z, wo_x, wo_y, wo_z];
+        for (padded, component) in padded.iter_mut().zip(components) {
+            padded[..count].copy_from_slice(&component[start..start + count]);
+            padded[count..].fill(0.0);
+        }
+        let [wi_x, wi_y, wi_z, wo_x, wo_y, wo_z] = &padded;
+        shared.fill::<A, M>([wi_x, wi_y, wi_z], [wo_x, wo_y, wo_z]);
+        for (values, diffuse) in values.iter_mut().zip(material.diffuse) {
+            values.fill(diffuse);
+        }
         for (lobe, masking) in material.lobes.iter().zip(maskings) {
             add_lobe::<A, M>(lobe, masking, &shared, &mut values);
         }
-        for (values, out) in values.iter_mut().zip(out.0.iter_mut()) {
-            for (value, visible) in values.iter_mut().zip(&shared.visible) {
-                *value = if *visible != 0 { *value } else { 0.0 };
+        for (values, out) in values.iter().zip(out.0.iter_mut()) {
+            let lit = values.iter().zip(&shared.visible);
+            for ((value, visible), out) in lit.zip(&mut out[start..start + count]) {
+                *out = if *visible != 0 { *value } else { 0.0 };
             }
-            out[start..start + count].copy_from_slice(&values[..count]);
         }
     }
 }
@@ -274,28 +251,23 @@ fn add_lobe<A: Arithmetic, M: BatchMasking>(
     shared: &SharedBlock,
     values: &mut [Lanes; 3],
 ) {
-    let (mut ndf, mut visibility) = ([0.0; BLOCK], [0.0; BLOCK]);
+    let mut shape = [0.0; BLOCK];
+    let ([place_i, rest_i], [place_o, rest_o]) = (&shared.masking_i, &shared.masking_o);
     for i in 0..BLOCK {
-        let at = LobeAt::new::<A, M>(lobe, masking, &shared.lane(i));
-        (ndf[i], visibility[i]) = (at.ndf, at.visibility);
+        shape[i] = masking.visibility::<A>([place_i[i], rest_i[i]], [place_o[i], rest_o[i]]);
+    }
+    for i in 0..BLOCK {
+        shape[i] *= lobe.ndf::<A>(shared.tan2_h[i]);
     }
     for (colour, values) in lobe.colours.iter().zip(values) {
         if colour.specular == 0.0 {
             continue;
         }
         for (i, value) in values.iter_mut().enumerate() {
-            *value += specular::<A>(colour, shared.one_minus_cos_d[i], ndf[i], visibility[i]);
+            let fresnel = FresnelAt { e: shared.e[i], e5: shared.e5[i] };
+            *value += specular::<A>(colour, fresnel, shape[i]);
         }
     }
-}
-
-#[inline(always)]
-fn load(components: [&[f32]; 3], start: usize, count: usize) -> [Lanes; 3] {
-    let mut lanes = [[0.0; BLOCK]; 3];
-    for (lanes, component) in lanes.iter_mut().zip(components) {
-        lanes[..count].copy_from_slice(&component[start..start + count]);
-    }
-    lanes
 }
 
 /// Every factor for one pair, with the bits that [`eval`] gives.
@@ -313,19 +285,18 @@ pub fn pair<A: Arithmetic, M: BatchMasking>(
     let (mut terms, mut brdf) = (Terms::default(), material.diffuse);
     let mut sums = [0.0_f32; 3];
     for ((lobe, masking), slot) in material.lobes.iter().zip(maskings).zip(&mut terms.lobes) {
-        let at = LobeAt::new::<A, M>(lobe, masking, &shared);
-        let mut fresnel = [0.0; 3];
-        for c in 0..3 {
-            let colour = &lobe.colours[c];
-            fresnel[c] = colour.fresnel::<A>(shared.one_minus_cos_d).into();
+        let ndf = lobe.ndf::<A>(shared.tan2_h);
+        let shape = masking.visibility::<A>(shared.masking_i, shared.masking_o) * ndf;
+        for (c, colour) in lobe.colours.iter().enumerate() {
+            slot.fresnel[c] = colour.fresnel::<A>(shared.fresnel).into();
             if colour.specular != 0.0 {
-                let specular = specular::<A>(colour, shared.one_minus_cos_d, at.ndf, at.visibility);
+                let specular = specular::<A>(colour, shared.fresnel, shape);
                 sums[c] += specular;
                 brdf[c] += specular;
             }
         }
-        *slot =
-            LobeTerms { ndf: at.ndf.into(), g1_i: at.g1_i.into(), g1_o: at.g1_o.into(), fresnel };
+        let [g1_i, g1_o] = [shared.masking_i, shared.masking_o].map(|at| masking.g1::<A>(at));
+        *slot = LobeTerms { ndf: ndf.into(), g1_i: g1_i.into(), g1_o: g1_o.into(), ..*slot };
     }
     Terms {
         specular: sums.map(f64::from),
@@ -344,10 +315,11 @@ pub fn curves<A: Arithmetic, M: BatchMasking>(
     sin_theta: f32,
 ) -> Vec<LobeCurves> {
     let tan_theta = sin_theta / cos_theta;
-    let coordinate = M::coordinate::<A>(cos_theta, sin_theta);
+    let place = M::place::<A>([sin_theta, 0.0, cos_theta]);
     let of_lobe = |(lobe, masking): (&LobeConstants, &M)| {
-        let g1 = masking.g1::<A>(coordinate);
-        let fresnel = |c: usize| lobe.colours[c].fresnel::<A>(1.0 - cos_theta).into();
+        let g1 = masking.g1::<A>(place);
+        let at = FresnelAt::new(cos_theta);
+        let fresnel = |c: usize| lobe.colours[c].fresnel::<A>(at).into();
         LobeCurves {
             ndf: lobe.ndf::<A>(tan_theta * tan_theta).into(),
             lambda: (1.0 / g1 - 1.0).into(),

@@ -1,14 +1,27 @@
-//! Masking in f32: the published fit in closed form, the exact one from a table.
+//! Masking in f32: the published fit in closed form, the exact one as a polynomial or a table.
 
-use crate::math::arithmetic::{Arithmetic, atan2, exp_m1, ln_1p, min};
-use crate::microfacet::{FittedMasking, SingleG1Table};
+use crate::math::arithmetic::{Arithmetic, Separate, atan2, exp_m1, ln_1p, max, min};
+use crate::microfacet::{
+    Distribution as _, FittedMasking, G1Polynomial, Sgd, SingleG1Table, grazing_limit,
+};
 
-/// G1 of one lobe, as a function of a coordinate that the lobes share.
+/// What the masking of all lobes needs to know of a direction.
+pub type Place = [f32; 2];
+
+/// The masking of one lobe.
 pub trait BatchMasking {
-    /// The coordinate of the direction with cosine `cos` ≥ 0 and sine `sin` ≥ 0.
-    fn coordinate<A: Arithmetic>(cos: f32, sin: f32) -> f32;
+    /// The place of a direction.
+    fn place<A: Arithmetic>(w: [f32; 3]) -> Place;
     /// G1 there, in [0, 1].
-    fn g1<A: Arithmetic>(&self, coordinate: f32) -> f32;
+    fn g1<A: Arithmetic>(&self, place: Place) -> f32;
+    /// (G1/cosθ)(wi) · (G1/cosθ)(wo).
+    fn visibility<A: Arithmetic>(&self, wi: Place, wo: Place) -> f32;
+}
+
+/// sinθ ≥ 0.
+#[inline(always)]
+fn sin_theta<A: Arithmetic>([x, y, _]: [f32; 3]) -> f32 {
+    A::mul_add(x, x, y * y).sqrt()
 }
 
 /// The published fit (see [`FittedMasking`]); its coordinate is the elevation π/2 − θ.
@@ -41,38 +54,190 @@ impl FittedG1 {
 }
 
 impl BatchMasking for FittedG1 {
+    /// The elevation and 1/cosθ.
     #[inline(always)]
-    fn coordinate<A: Arithmetic>(cos: f32, sin: f32) -> f32 {
-        atan2::<A>(cos, sin)
+    fn place<A: Arithmetic>(w: [f32; 3]) -> Place {
+        [atan2::<A>(w[2], sin_theta::<A>(w)), 1.0 / w[2]]
     }
 
     #[inline(always)]
-    fn g1<A: Arithmetic>(&self, elevation: f32) -> f32 {
+    fn g1<A: Arithmetic>(&self, [elevation, _]: Place) -> f32 {
         const BELOW_ONE: f32 = 1.0 - f32::EPSILON;
         let u = elevation * self.inv_onset;
         let risen = -exp_m1::<A>(self.k * ln_1p::<A>(-min(u, BELOW_ONE)));
         let g1 = min(-self.scale * exp_m1::<A>(-self.log_ratio * risen), 1.0);
         if u >= 1.0 { 1.0 } else { g1 }
     }
+
+    #[inline(always)]
+    fn visibility<A: Arithmetic>(&self, wi: Place, wo: Place) -> f32 {
+        (self.g1::<A>(wi) * wi[1]) * (self.g1::<A>(wo) * wo[1])
+    }
 }
 
 impl BatchMasking for SingleG1Table {
+    /// cosθ/(cosθ + sinθ) and 1/cosθ.
     #[inline(always)]
-    fn coordinate<A: Arithmetic>(cos: f32, sin: f32) -> f32 {
-        cos / (cos + sin)
+    fn place<A: Arithmetic>(w: [f32; 3]) -> Place {
+        [w[2] / (w[2] + sin_theta::<A>(w)), 1.0 / w[2]]
     }
 
     #[inline(always)]
-    fn g1<A: Arithmetic>(&self, t: f32) -> f32 {
+    fn g1<A: Arithmetic>(&self, [t, _]: Place) -> f32 {
         min(self.ratio(t) * t, 1.0)
+    }
+
+    #[inline(always)]
+    fn visibility<A: Arithmetic>(&self, wi: Place, wo: Place) -> f32 {
+        (self.g1::<A>(wi) * wi[1]) * (self.g1::<A>(wo) * wo[1])
+    }
+}
+
+/// Coefficients of the exact masking's polynomial, an even number.
+const ORDER: usize = 20;
+
+/// The exact masking as [`G1Polynomial`]: G1 = u P(u), u = c/(c + s), c = cosθ.
+///
+/// Twenty fused operations in registers cost less than four coefficients gathered from a table; and
+/// of a pair only the product is needed, with one division for both directions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SingleG1Polynomial {
+    /// s.
+    scale: f32,
+    /// The factor that takes u into [0, 2].
+    stretch: f32,
+    /// Coefficients over [−1, 1].
+    coefficients: [f32; ORDER],
+}
+
+impl SingleG1Polynomial {
+    /// The relative error of G1 up to which the polynomial is used.
+    pub const ACCURACY: f64 = 2e-6;
+
+    /// The polynomial of the scale that suits a distribution best; `None` where that does not
+    /// keep [`Self::ACCURACY`].
+    #[must_use]
+    pub fn new(exact: &Sgd) -> Option<Self> {
+        /// s as multiples of lim cosθ/G1 at grazing.
+        const SCALES: [f64; 4] = [5.0, 4.0, 6.0, 8.0];
+        /// Smaller scales would underflow in a product of two.
+        const SMALLEST: f64 = 1e-15;
+        let limit = grazing_limit(|cot| exact.g1(cot));
+        let at_scale = |factor: f64| {
+            let polynomial = Self::of_scale(exact, factor * limit);
+            (polynomial.error(exact), polynomial)
+        };
+        let tried = SCALES.map(at_scale).into_iter().filter(|_| limit > SMALLEST);
+        let (error, best) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (error <= Self::ACCURACY).then_some(best)
+    }
+
+    fn of_scale(exact: &Sgd, scale: f64) -> Self {
+        let polynomial = G1Polynomial::new::<ORDER>(|cot| exact.g1(cot), scale, 1.0, 0.0);
+        Self {
+            scale: scale as f32,
+            stretch: polynomial.stretch as f32,
+            coefficients: polynomial.single(),
+        }
+    }
+
+    /// The largest relative error of G1 seen at even steps of u and at grazing.
+    fn error(&self, exact: &Sgd) -> f64 {
+        const STEPS: u32 = 256;
+        let scale = f64::from(self.scale);
+        let steps = (1..STEPS).map(|k| f64::from(k) / f64::from(STEPS) / (1.0 + scale));
+        let inside = steps.map(|u| scale * u / (1.0 - u));
+        let error = |cos: f64| {
+            let single = cos as f32;
+            let cos = f64::from(single);
+            let expected = exact.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt());
+            let found = self.unclamped_g1::<Separate>(single);
+            (f64::from(found) / expected - 1.0).abs()
+        };
+        inside.chain([1e-6 * scale, 1e-3 * scale]).map(error).fold(0.0, f64::max)
+    }
+
+    /// P(u) at t in [−1, 1].
+    #[inline(always)]
+    fn ratio<A: Arithmetic>(&self, u: f32) -> f32 {
+        let t = A::mul_add(u, self.stretch, -1.0);
+        // Even and odd powers apart: two short chains wait less than a long one.
+        let t2 = t * t;
+        let [mut odd, mut even] = [self.coefficients[ORDER - 1], self.coefficients[ORDER - 2]];
+        for k in (0..ORDER / 2 - 1).rev() {
+            odd = A::mul_add(odd, t2, self.coefficients[2 * k + 1]);
+            even = A::mul_add(even, t2, self.coefficients[2 * k]);
+        }
+        A::mul_add(odd, t, even)
+    }
+
+    #[inline(always)]
+    fn unclamped_g1<A: Arithmetic>(&self, cos: f32) -> f32 {
+        let u = cos / (cos + self.scale);
+        u * self.ratio::<A>(u)
+    }
+}
+
+impl BatchMasking for SingleG1Polynomial {
+    /// cosθ.
+    #[inline(always)]
+    fn place<A: Arithmetic>(w: [f32; 3]) -> Place {
+        [max(min(w[2], 1.0), 0.0), 0.0]
+    }
+
+    #[inline(always)]
+    fn g1<A: Arithmetic>(&self, [cos, _]: Place) -> f32 {
+        min(self.unclamped_g1::<A>(cos), 1.0)
+    }
+
+    #[inline(always)]
+    fn visibility<A: Arithmetic>(&self, [cos_i, _]: Place, [cos_o, _]: Place) -> f32 {
+        let (length_i, length_o) = (cos_i + self.scale, cos_o + self.scale);
+        let inverse = 1.0 / (length_i * length_o);
+        let ratio_i = self.ratio::<A>(cos_i * length_o * inverse);
+        let ratio_o = self.ratio::<A>(cos_o * length_i * inverse);
+        ratio_i * ratio_o * inverse
     }
 }
 
 /// The masking of each lobe in the form its kind needs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BatchMaskings {
-    /// Smith's, tabulated.
-    Exact(Vec<SingleG1Table>),
+    /// Smith's, as polynomials.
+    Exact(Vec<SingleG1Polynomial>),
+    /// Smith's, tabulated: for distributions on too many scales for one polynomial.
+    Tabulated(Vec<SingleG1Table>),
     /// The published fit.
     Fitted(Vec<FittedG1>),
+}
+
+impl BatchMaskings {
+    /// Smith's masking of distributions.
+    #[must_use]
+    pub fn exact(distributions: &[Sgd]) -> Self {
+        let polynomials =
+            distributions.iter().map(|sgd| SingleG1Polynomial::new(&sgd.clone().tabulated()));
+        match polynomials.collect() {
+            Some(polynomials) => Self::Exact(polynomials),
+            None => Self::Tabulated(distributions.iter().map(SingleG1Table::new).collect()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::catalog;
+    use crate::microfacet::Accuracy;
+
+    #[test]
+    fn every_published_lobe_is_a_polynomial() {
+        let mut worst: f64 = 0.0;
+        for channel in catalog().iter().flat_map(|entry| entry.channels) {
+            let exact = Sgd::new(channel.alpha, channel.p, Accuracy::Table).tabulated();
+            let polynomial = SingleG1Polynomial::new(&exact).expect("within the accuracy");
+            worst = worst.max(polynomial.error(&exact));
+        }
+        println!("largest relative error of G1: {worst:.2e}");
+    }
 }

@@ -21,7 +21,7 @@ use crate::material::Material;
 use crate::math::arithmetic::{Fused, Separate};
 pub use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::per_instruction_set;
-use crate::microfacet::{Accuracy, FittedMasking, Sgd, SingleG1Table};
+use crate::microfacet::{Accuracy, FittedMasking, Sgd};
 
 /// Pairs of unit directions, one slice per component x, y, z.
 #[derive(Clone, Copy, Debug)]
@@ -81,12 +81,10 @@ impl SgdBatch {
     pub fn new(material: &Material, kind: MaskingKind) -> Self {
         let lobes = material.lobes().iter();
         let maskings = match kind {
-            MaskingKind::Exact => BatchMaskings::Exact(
-                lobes
-                    .map(|lobe| Sgd::new(lobe.alpha(), lobe.p(), Accuracy::Table))
-                    .map(|sgd| SingleG1Table::new(&sgd))
-                    .collect(),
-            ),
+            MaskingKind::Exact => {
+                let sgd = lobes.map(|lobe| Sgd::new(lobe.alpha(), lobe.p(), Accuracy::Table));
+                BatchMaskings::exact(&sgd.collect::<Vec<_>>())
+            }
             MaskingKind::Fitted => BatchMaskings::Fitted(
                 lobes.map(|lobe| FittedG1::new(&FittedMasking::of(lobe))).collect(),
             ),
@@ -150,6 +148,7 @@ mod dispatch {
     (batch: &SgdBatch, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> () {
         match &batch.maskings {
             BatchMaskings::Exact(m) => kernel::eval::<A, _>(&batch.constants, m, pairs, out),
+            BatchMaskings::Tabulated(m) => kernel::eval::<A, _>(&batch.constants, m, pairs, out),
             BatchMaskings::Fitted(m) => kernel::eval::<A, _>(&batch.constants, m, pairs, out),
         }
     });
@@ -157,6 +156,7 @@ mod dispatch {
     (batch: &SgdBatch, wi: Vec3, wo: Vec3) -> Terms {
         match &batch.maskings {
             BatchMaskings::Exact(m) => kernel::pair::<A, _>(&batch.constants, m, wi, wo),
+            BatchMaskings::Tabulated(m) => kernel::pair::<A, _>(&batch.constants, m, wi, wo),
             BatchMaskings::Fitted(m) => kernel::pair::<A, _>(&batch.constants, m, wi, wo),
         }
     });
@@ -164,6 +164,7 @@ mod dispatch {
     (batch: &SgdBatch, cos: f32, sin: f32) -> Vec<LobeCurves> {
         match &batch.maskings {
             BatchMaskings::Exact(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
+            BatchMaskings::Tabulated(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
             BatchMaskings::Fitted(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
         }
     });
