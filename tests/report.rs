@@ -1,20 +1,12 @@
 //! The commands that look at materials: audit, preview, sheet, speed-error.
 
+#[path = "support/command.rs"]
+mod command;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-fn sgdbake(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_sgdbake")).args(arguments).output().expect("the binary runs")
-}
-
-/// Runs a command that must end with exit code 0, and gives its stdout.
-fn done(arguments: &[&str]) -> String {
-    let output = sgdbake(arguments);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {message}");
-    String::from_utf8(output.stdout).expect("stdout is text")
-}
+use crate::command::{done, sgdbake};
 
 /// A model of the shared folder; `None`, said aloud, where it is absent.
 fn shared(name: &str) -> Option<PathBuf> {

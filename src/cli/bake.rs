@@ -208,7 +208,6 @@ fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything,
     let flat = Request { quantities: flat, depths, ..request.clone() };
     let solid = Request { quantities: solid, ..flat.clone() };
     let all: Vec<&Material> = catalog().iter().map(|entry| &entry.material).collect();
-    let texel_bytes = |tables: &[Table]| tables.iter().map(Table::bytes).sum::<usize>();
     let texture_bytes = texel_bytes(&lut::bake_with_progress(&all, &flat, step)?.tables);
     let mut everything = Everything { texture_bytes, out_of_reach: 0 };
     for material in all {
@@ -234,8 +233,15 @@ fn files(arguments: &Arguments, product: &Product) -> Vec<File> {
         ("manifest.json", product.manifest().to_text()),
     ];
     let texts = texts.map(|(name, text)| (name.to_owned(), Arc::from(text.into_bytes())));
-    let file = |(name, bytes)| File { path: arguments.output.join(name), bytes };
-    textures.chain(texts).map(file).collect()
+    textures
+        .chain(texts)
+        .map(|(name, bytes)| File { path: arguments.output.join(name), bytes })
+        .collect()
+}
+
+/// Bytes of the texels of some tables.
+fn texel_bytes(tables: &[Table]) -> usize {
+    tables.iter().map(Table::bytes).sum()
 }
 
 fn report(

@@ -196,14 +196,13 @@ fn report(
     export: &Export,
     output: &mut Output,
 ) -> Result<(), Failure> {
-    let material = |slot: usize| Some(&*assigned.materials[assigned.by_slot[slot]?].material.name);
     let slot_reports = slots.iter().enumerate().map(|(i, slot)| SlotReport {
         slot: slot.label(),
         index: slot.id.index(),
         meshes: &slot.meshes,
         triangles: slot.triangles,
         used: slot.used,
-        material: material(i),
+        material: assigned.by_slot[i].map(|chosen| &*assigned.materials[chosen].material.name),
     });
     let warnings = scene.warnings().iter().chain(&export.warnings).map(String::as_str);
     let report = Report {

@@ -10,7 +10,6 @@ use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection::Subjects;
 use sgdbake::brdf::{Reflectance, Sampler};
-use sgdbake::lut::BakeError;
 use sgdbake::measurement::{Filled, Measurement};
 use sgdbake::preview::environment::EnvironmentError;
 use sgdbake::preview::render::{Quality, Render, drawn_from, drawn_like, render};
@@ -127,17 +126,15 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         let [picture] = render(&shape, &environment, surface, [shown], quality, &|| bar.inc(1));
         picture
     };
-    let of_material = |material| {
+    let mut pictures: Vec<Render> = Vec::with_capacity(count);
+    for material in &materials {
         let reflectance = Model::from(arguments.model).reflectance(material)?;
-        Ok(picture(&drawn_from(material), reflectance.as_ref()))
-    };
-    let of_measurement = |measurement| {
+        pictures.push(picture(&drawn_from(material), reflectance.as_ref()));
+    }
+    for measurement in &measurements {
         let filled = Filled(measurement);
-        picture(&drawn_like(&filled), &filled)
-    };
-    let mut pictures: Vec<Render> =
-        materials.iter().map(of_material).collect::<Result<_, BakeError>>()?;
-    pictures.extend(measurements.iter().map(|measurement| of_measurement(measurement)));
+        pictures.push(picture(&drawn_like(&filled), &filled));
+    }
     bar.finish_and_clear();
     let noise = pictures.iter().map(|picture| picture.noise).fold(0.0, f64::max);
     let films: Vec<Film> = pictures.into_iter().map(|picture| picture.film).collect();

@@ -29,101 +29,21 @@
 //! A table `[measured]`, in which `sgdbake measure` keeps the fit's errors, is read over.
 
 use std::fmt::Write as _;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
+use crate::material::file_error::{Located, MaterialFileError, Problem};
 use crate::material::parameters::{
     Channel, ChannelParams, LobeFields, LobeParams, MAX_LOBES, MaskingParams, Material,
-    MaterialError, ParameterError,
+    MaterialError,
 };
+use crate::material::section::{MASKING, Section};
 
 /// The largest material file that is read; a real one has under 1 KiB.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Why a material file was refused.
-#[derive(Debug, thiserror::Error)]
-pub enum MaterialFileError {
-    /// The file cannot be read.
-    #[error("cannot read the material file {}: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
-    /// The file's content is not a material.
-    #[error("{}:{line}: {problem}", path.display())]
-    Invalid {
-        /// The file.
-        path: PathBuf,
-        /// 1-based line of the problem.
-        line: usize,
-        /// The problem.
-        problem: Problem,
-    },
-}
-
-/// Problems in a material file.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Problem {
-    /// Not TOML.
-    #[error("not valid TOML: {0}")]
-    Syntax(String),
-    /// A key that no material has.
-    #[error("unknown key `{key}`; use one of {accepted}")]
-    UnknownKey {
-        /// The key, with its channel.
-        key: String,
-        /// Accepted keys.
-        accepted: String,
-    },
-    /// A key that every material has is not there.
-    #[error(
-        "`{0}` is missing. A material needs [r], [g] and [b], or rho_d = [r, g, b] and [[lobe]]; see docs/materials.md"
-    )]
-    MissingKey(String),
-    /// The file mixes the two forms.
-    #[error(
-        "found `{0}` together with rho_d and [[lobe]]; use either [r], [g], [b] or rho_d and [[lobe]]"
-    )]
-    BothForms(String),
-    /// The name is empty.
-    #[error("`name` is empty; give the material a name")]
-    EmptyName,
-    /// More lobes than a material can have.
-    #[error("found {0} [[lobe]] tables; a material has at most {MAX_LOBES}")]
-    TooManyLobes(usize),
-    /// A value of another type.
-    #[error("`{key}` is of type {found}; it must be {accepted}")]
-    WrongType {
-        /// The key.
-        key: String,
-        /// The type found.
-        found: &'static str,
-        /// The type accepted.
-        accepted: &'static str,
-    },
-    /// A number outside its range.
-    #[error("{section}.{error}")]
-    OutOfRange {
-        /// The table it stands in: `r` or `lobe 1`.
-        section: String,
-        /// The key, value and range.
-        error: ParameterError,
-    },
-    /// The file is too large to be a material.
-    #[error("the file has {0} bytes; a material file has at most 1 MiB")]
-    TooLarge(u64),
-}
-
-/// A problem and the bytes of the text it concerns.
-type Located = (Problem, Range<usize>);
-
 const REQUIRED: [&str; 6] = ["rho_d", "rho_s", "alpha", "p", "f0", "f1"];
-const MASKING: [&str; 3] = ["lambda", "c", "k"];
 
 /// Reads a material file.
 ///
@@ -269,119 +189,6 @@ pub fn to_toml(material: &Material) -> String {
         }
     }
     text
-}
-
-/// The number of a value.
-fn number(value: &Spanned<DeValue<'_>>) -> Option<f64> {
-    match value.get_ref() {
-        DeValue::Float(float) => float.as_str().parse().ok(),
-        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
-        // TOML also writes integers as 0xff, 0o377 and 0b1111.
-        DeValue::Integer(integer) => {
-            i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|n| n as f64)
-        }
-        _ => None,
-    }
-}
-
-/// A table of the file, what it is called and where it stands.
-struct Section<'t> {
-    entries: &'t DeTable<'t>,
-    /// Empty for the file itself.
-    name: String,
-    span: Range<usize>,
-}
-
-impl<'t> Section<'t> {
-    fn string(&self, key: &str) -> Result<String, Located> {
-        self.value(key, "a string", |value| Some(value.get_ref().as_str()?.to_owned()))
-    }
-
-    fn number(&self, key: &str) -> Result<f64, Located> {
-        self.value(key, "a number", number)
-    }
-
-    fn colour(&self, key: &str) -> Result<[f64; 3], Located> {
-        self.value(key, "three numbers [r, g, b]", |value| {
-            let numbers =
-                value.get_ref().as_array()?.iter().map(number).collect::<Option<Vec<_>>>()?;
-            numbers.try_into().ok()
-        })
-    }
-
-    /// The masking fit, if any of its three keys is there.
-    fn masking(&self) -> Result<Option<MaskingParams>, Located> {
-        if !MASKING.iter().any(|key| self.has(key)) {
-            return Ok(None);
-        }
-        let [lambda, c, k] = MASKING.map(|key| self.number(key));
-        Ok(Some(MaskingParams { lambda: lambda?, c: c?, k: k? }))
-    }
-
-    fn section(&self, name: &str) -> Result<Section<'t>, Located> {
-        self.value(name, "a table", |value| {
-            let entries = value.get_ref().as_table()?;
-            Some(Section { entries, name: name.to_owned(), span: value.span() })
-        })
-    }
-
-    /// The tables of an array of tables; none where the key is missing.
-    fn sections(&self, name: &str) -> Result<Vec<Section<'t>>, Located> {
-        if !self.has(name) {
-            return Ok(Vec::new());
-        }
-        self.value(name, "an array of tables", |value| {
-            let mut sections = Vec::new();
-            for (i, table) in value.get_ref().as_array()?.iter().enumerate() {
-                let entries = table.get_ref().as_table()?;
-                let name = format!("{name} {}", i + 1);
-                sections.push(Section { entries, name, span: table.span() });
-            }
-            Some(sections)
-        })
-    }
-
-    fn has(&self, key: &str) -> bool {
-        self.entries.contains_key(key)
-    }
-
-    fn span_of(&self, key: &str) -> Range<usize> {
-        self.entries.get(key).map_or(self.span.clone(), Spanned::span)
-    }
-
-    fn out_of_range(&self, error: ParameterError) -> Located {
-        let span = self.span_of(error.key);
-        (Problem::OutOfRange { section: self.name.clone(), error }, span)
-    }
-
-    /// The value of a key as `read` understands it.
-    fn value<T>(
-        &self,
-        key: &str,
-        accepted: &'static str,
-        read: impl FnOnce(&'t Spanned<DeValue<'t>>) -> Option<T>,
-    ) -> Result<T, Located> {
-        let Some(value) = self.entries.get(key) else {
-            return Err((Problem::MissingKey(self.dotted(key)), self.span.clone()));
-        };
-        read(value).ok_or_else(|| {
-            let (key, found) = (self.dotted(key), value.get_ref().type_str());
-            (Problem::WrongType { key, found, accepted }, value.span())
-        })
-    }
-
-    fn refuse_all_but(&self, accepted: &[&str]) -> Result<(), Located> {
-        let unknown = self.entries.keys().find(|key| !accepted.contains(&key.get_ref().as_ref()));
-        unknown.map_or(Ok(()), |key| {
-            let (key, span) = (self.dotted(key.get_ref()), key.span());
-            Err((Problem::UnknownKey { key, accepted: accepted.join(", ") }, span))
-        })
-    }
-
-    /// The key with its channel.
-    fn dotted(&self, key: &str) -> String {
-        if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
-    }
 }
 
 #[cfg(test)]

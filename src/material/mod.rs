@@ -5,11 +5,14 @@
 pub(crate) mod catalog;
 mod embedded;
 pub(crate) mod file;
+mod file_error;
 pub(crate) mod parameters;
 pub(crate) mod refit;
+mod section;
 
 pub use catalog::{CatalogEntry, Edition, UnknownMaterial, catalog, find, named};
-pub use file::{MaterialFileError, load, parse, to_toml};
+pub use file::{load, parse, to_toml};
+pub use file_error::MaterialFileError;
 pub use parameters::{
     Channel, ChannelParams, LobeFields, LobeParams, MAX_LOBES, MaskingParams, Material,
     MaterialError, ParameterError,
