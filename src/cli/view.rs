@@ -106,7 +106,7 @@ impl Arguments {
 }
 
 /// The catalogue's editions of a material, where it is one of the catalogue; else itself.
-fn editions(chosen: Chosen) -> Vec<Chosen> {
+pub fn editions(chosen: Chosen) -> Vec<Chosen> {
     let name = &chosen.material.name;
     let name = name.strip_suffix(SUFFIX).unwrap_or(name);
     let (Ok(published), Some(refit)) = (find(name), refit_of(name)) else { return vec![chosen] };
@@ -178,20 +178,22 @@ fn caption(asset: &Asset) -> Caption {
         () if catalogue(Edition::Refit) => "refit",
         () => "fit",
     };
-    let error = asset.material.error.as_ref();
-    let error = error.map(|error| format!(", ΔE2000 {:.2} from the surface", error.delta_e));
-    Caption { title: name.clone(), note: format!("{kind}{}", error.unwrap_or_default()) }
+    let surface = asset.material.error.as_ref().map(|error| error.delta_e);
+    Caption { title: name.clone(), note: kind.to_owned(), surface }
 }
 
-/// A measurement as the page shows it, with what its table costs.
+/// A measurement as the page shows it, and how near its table is, rounded up to 0.01.
 fn measurement(path: &Path) -> Result<(Caption, MeasuredTable), Failure> {
     let measurement = measured::read(path)?;
     let averaged = measurement.averaged();
     let filled = Filled(&averaged);
     let table = MeasuredTable::of(&filled);
     let error = Reference::new(&filled).distance(&table).suns;
-    let note = format!("measurement, under the sun alone; drawn to ΔE2000 {error:.2}");
-    Ok((Caption { title: measured::name(path), note }, table))
+    let note = format!(
+        "measurement, under the sun alone, to ΔE2000 {:.2}",
+        (100.0 * error).ceil() / 100.0
+    );
+    Ok((Caption { title: measured::name(path), note, surface: None }, table))
 }
 
 /// The page of a scene.

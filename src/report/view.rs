@@ -11,6 +11,20 @@ use crate::report::chart::escape;
 use crate::report::measured_table::{MeasuredTable, SIZE};
 use crate::scene::Bytes;
 
+/// The file name of the page beside sheets.
+pub const FILE: &str = "view.html";
+
+/// The address of a material on the page beside its sheet.
+#[must_use]
+pub fn address(name: &str) -> String {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.~@".contains(&byte);
+    let encoded = name.bytes().map(|byte| match plain(byte) {
+        true => char::from(byte).to_string(),
+        false => format!("%{byte:02X}"),
+    });
+    format!("{FILE}#{}", encoded.collect::<String>())
+}
+
 /// The page, with the marks of [`Mark`] where its contents go.
 const TEMPLATE: &str = include_str!("view.html");
 
@@ -35,6 +49,8 @@ pub struct Caption {
     pub title: String,
     /// A line under it.
     pub note: String,
+    /// Mean ΔE2000 from the measured surface, where that is known.
+    pub surface: Option<f64>,
 }
 
 /// What the page's script reads.
@@ -148,7 +164,7 @@ mod tests {
     #[test]
     fn names_cannot_leave_their_place() {
         let hostile = "</script></title><script>alert(1)</script><!--%SCENE%";
-        let caption = Caption { title: hostile.into(), note: hostile.into() };
+        let caption = Caption { title: hostile.into(), note: hostile.into(), surface: None };
         let view = View {
             title: hostile.into(),
             note: hostile.into(),

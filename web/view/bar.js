@@ -6,7 +6,7 @@ import {SCALE_END, gradient} from './heat.js';
 
 /** The pictures there are, by name. */
 export const picturesOf = measured => [
-  ['split', 'Exact | glTF'], ['gltf', 'ΔE to glTF'], ...(measured ? [['measured', 'ΔE to measurement']] : []),
+  ['split', 'Exact | glTF'], ['gltf', 'ΔE glTF'], ...(measured ? [['measured', 'ΔE measured']] : []),
 ];
 
 export function fillBar(bar, settings, pictures) {
@@ -15,5 +15,5 @@ export function fillBar(bar, settings, pictures) {
   colours.style.background = gradient();
   const scale = element('div', {className: 'scale'}, element('span', {textContent: 'ΔE2000'}), '0', colours, `${SCALE_END}+`);
   bar.append(choice, scale);
-  settings.follow(({picture}) => { scale.style.visibility = picture === 'split' ? 'hidden' : ''; });
+  settings.follow(({picture}) => { scale.hidden = picture === 'split'; });
 }

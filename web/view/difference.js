@@ -15,7 +15,7 @@ export class Difference {
   constructor(renderer) {
     this.renderer = renderer;
     const material = new ShaderMaterial({
-      vertexShader, fragmentShader, uniforms: this.#uniforms, depthTest: false, transparent: true,
+      vertexShader, fragmentShader, uniforms: this.#uniforms, depthTest: false, transparent: true, toneMapped: false,
     });
     const quad = new Mesh(new PlaneGeometry(2, 2), material);
     quad.frustumCulled = false;

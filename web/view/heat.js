@@ -4,7 +4,7 @@
 export const SCALE_END = 10;
 
 /** Colours at even steps from 0 to SCALE_END. */
-const SCALE = [[13, 8, 66], [70, 16, 120], [145, 33, 118], [214, 69, 79], [249, 142, 32], [252, 232, 120]];
+export const SCALE = [[13, 8, 66], [70, 16, 120], [145, 33, 118], [214, 69, 79], [249, 142, 32], [252, 232, 120]];
 
 export const gradient = () => `linear-gradient(to right, ${SCALE.map(c => `rgb(${c.join(' ')})`).join(', ')})`;
 

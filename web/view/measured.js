@@ -1,8 +1,7 @@
 // The measurement itself under the sun, read from a table over half and difference angles.
 
 import {
-  ClampToEdgeWrapping, Data3DTexture, HalfFloatType, LinearFilter, Mesh, RGBAFormat, RepeatWrapping, ShaderMaterial,
-  SphereGeometry, Vector3,
+  Data3DTexture, HalfFloatType, LinearFilter, Mesh, RGBAFormat, ShaderMaterial, SphereGeometry, Vector3,
 } from 'three';
 
 const vertexShader = /* glsl */`
@@ -15,9 +14,10 @@ void main() {
   gl_Position = projectionMatrix * viewMatrix * position4;
 }`;
 
-// Nodes along θh lie at θh = (π/2) u², from 0; along θd evenly in [0, π/2]; along φd evenly in
-// [0, π), which repeats: φd + π swaps the directions.
+// Nodes along θh lie at θh = (π/2) u², those along θd and φd evenly in [0, π/2]: φd + π swaps the
+// directions, −φd mirrors them.
 const fragmentShader = /* glsl */`
+#include <common>
 precision highp sampler3D;
 uniform sampler3D measurement;
 uniform vec3 size;
@@ -35,10 +35,10 @@ vec3 measured(vec3 n, vec3 wi, vec3 wo) {
   vec3 u = length(across) > 1e-6 ? normalize(across) : normalize(wi - n * dot(n, wi) + 1e-6);
   vec3 b = cross(n, u);
   vec3 t = cross(b, h);
-  float phiD = mod(atan(dot(wi, b), dot(wi, t)), PI);
-  vec3 share = vec3(sqrt(thetaH / (0.5 * PI)), thetaD / (0.5 * PI), phiD / PI);
-  vec3 texel = vec3(share.xy * (size.xy - 1.0) + 0.5, share.z * size.z + 0.5) / size;
-  return texture(measurement, texel).rgb;
+  float phiD = abs(atan(dot(wi, b), dot(wi, t)));
+  vec3 share = vec3(thetaH, thetaD, min(phiD, PI - phiD)) / (0.5 * PI);
+  share.x = sqrt(share.x);
+  return texture(measurement, (share * (size - 1.0) + 0.5) / size).rgb;
 }
 
 void main() {
@@ -58,7 +58,7 @@ export function measuredBall(halves, size) {
   const texture = new Data3DTexture(data, ...size);
   Object.assign(texture, {
     format: RGBAFormat, type: HalfFloatType, minFilter: LinearFilter, magFilter: LinearFilter,
-    wrapS: ClampToEdgeWrapping, wrapT: ClampToEdgeWrapping, wrapR: RepeatWrapping, needsUpdate: true,
+    needsUpdate: true,
   });
   const uniforms = {
     measurement: {value: texture}, size: {value: new Vector3(...size)}, toSun: {value: new Vector3()}, irradiance: {value: 0},

@@ -21,7 +21,7 @@ const section = (title, ...children) => element('section', {}, element('h2', {te
 
 /** The slots, and the tables of the chosen one. */
 function materials(slots, settings) {
-  const buttons = slots.map(slot => slotButton(slot, settings));
+  const buttons = slots.map((slot, index) => slotButton(slot, index, settings));
   const tables = element('div', {className: 'parameters'});
   let shown = null;
   settings.follow(({slot}) => {
@@ -33,13 +33,13 @@ function materials(slots, settings) {
   return [element('div', {className: 'slots', role: 'group', ariaLabel: 'Slots'}, ...buttons), tables];
 }
 
-function slotButton({index, name, parameters, carries, triangles}, settings) {
-  const kind = parameters ? 'exact' : carries ? 'fallback' : 'glTF only';
+function slotButton({name, note, parameters, carries, open}, index, settings) {
+  const kind = parameters ? 'exact' : open ? 'show' : carries ? 'fallback' : 'glTF only';
   const button = element('button', {type: 'button'},
     element('span', {textContent: name}),
-    element('small', {textContent: triangles ? `${triangles.toLocaleString('en')} triangles` : 'unused'}),
+    element('small', {textContent: note}),
     element('em', {textContent: kind, className: parameters ? 'measured' : ''}));
-  button.addEventListener('click', () => settings.change({slot: index}));
+  button.addEventListener('click', open ?? (() => settings.change({slot: index})));
   return button;
 }
 
@@ -60,6 +60,10 @@ function light(settings, openPanorama) {
   ];
 }
 
+/** What the figures under pictures mean. */
+const DIFFERENCES = 'ΔE2000 to glTF and to a measurement are means over the picture as it is now, by sgdbake’s tone curve at this exposure. '
+  + 'To the surface, it is the distance that the file states. About 1 is just visible side by side.';
+
 function display(settings) {
   const exposure = slider('Exposure', {
     get: () => settings.exposure, set: value => settings.change({exposure: value}), min: -4, max: 4, step: 0.1, settings,
@@ -68,7 +72,7 @@ function display(settings) {
   const select = element('select', {}, ...Object.entries(TONES).map(([value, {label}]) => element('option', {value, textContent: label})));
   select.addEventListener('change', () => settings.change({tone: select.value}));
   settings.follow(({tone}) => { select.value = tone; });
-  return [exposure, element('label', {className: 'choice'}, element('span', {textContent: 'Tone curve'}), select)];
+  return [exposure, element('label', {className: 'choice'}, element('span', {textContent: 'Tone curve'}), select), element('p', {className: 'soft', textContent: DIFFERENCES})];
 }
 
 function keys() {

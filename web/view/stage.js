@@ -10,15 +10,16 @@ import {TONES} from './tone.js';
 /** Milliseconds of rest after which means are taken. */
 const REST = 180;
 
-/** How much of a cell's smaller side the subject fills. */
-const FILL = 0.86;
+/** How much of a picture's smaller side the subject fills. */
+const FILL = 0.9;
 
 export class Stage {
   #waiting = false;
 
-  constructor(canvas, settings, cells) {
-    Object.assign(this, {canvas, settings, cells});
-    this.renderer = new WebGLRenderer({canvas, antialias: true, alpha: true, preserveDrawingBuffer: true});
+  /** `margins` tells the pixels above and below the cells. */
+  constructor(canvas, settings, cells, margins) {
+    Object.assign(this, {canvas, settings, cells, margins});
+    this.renderer = new WebGLRenderer({canvas, antialias: true, alpha: true});
     this.renderer.setClearColor(0, 0);
     this.renderer.setScissorTest(true);
     this.scene = new Scene();
@@ -28,7 +29,8 @@ export class Stage {
     this.orbit = new OrbitControls(this.camera, canvas);
     Object.assign(this.orbit, {rotateSpeed: 0.9, zoomSpeed: 0.8});
     this.orbit.addEventListener('change', () => this.redraw());
-    new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
+    const observer = new ResizeObserver(() => this.#resize());
+    for (const part of canvas.parentElement.children) observer.observe(part);
     settings.addEventListener('change', () => this.redraw());
     for (const cell of cells) this.scene.add(cell.object);
   }
@@ -59,13 +61,22 @@ export class Stage {
     if (!width || !height) return;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
-    const {top, bottom} = this.insets ?? {top: 0, bottom: 0};
-    grid(this.cells.length, width, height - top - bottom)
-      .forEach(([left, y, w, h], k) => this.cells[k].place([left, y + top, w, h]));
+    this.#place(width, height);
     const [, , cellWidth, cellHeight] = this.cells[0].rectangle;
     this.camera.aspect = cellWidth / cellHeight;
     this.camera.updateProjectionMatrix();
     this.redraw();
+  }
+
+  /** Places the cells, twice: how high captions are depends on how wide the cells are. */
+  #place(width, height) {
+    const {top, bottom} = this.margins();
+    let caption = 0;
+    for (let round = 0; round < 2; round++) {
+      grid(this.cells.length, width, Math.max(height - top - bottom, 1), caption)
+        .forEach(([left, y, w, h], k) => this.cells[k].place([left, y + top, w, h], caption));
+      if (this.cells.length > 1) caption = Math.max(...this.cells.map(cell => cell.caption.offsetHeight));
+    }
   }
 
   /** Draws with the next frame. */
@@ -74,13 +85,13 @@ export class Stage {
     this.#waiting = true;
     requestAnimationFrame(() => {
       this.#waiting = false;
-      this.#draw();
+      this.draw();
     });
     clearTimeout(this.rest);
-    this.rest = setTimeout(() => this.#measure(), REST);
+    this.rest = setTimeout(() => this.measure(), REST);
   }
 
-  #draw() {
+  draw() {
     const {renderer, settings} = this;
     this.lights.set(settings);
     renderer.toneMapping = TONES[settings.tone].curve;
@@ -130,14 +141,15 @@ export class Stage {
     return {toSun: direction(this.settings.sun), irradiance: this.lights.sun.intensity};
   }
 
-  /** Means of all cells that compare. */
-  #measure() {
-    for (const cell of this.cells) {
+  /** Says the means of all cells that compare, and returns them. */
+  measure() {
+    return this.cells.filter(cell => cell.compares).map(cell => {
       const other = this.compared(cell);
-      if (!other) continue;
       const [, , width, height] = cell.rectangle;
-      cell.tell(this.difference.mean(this.#pair(cell, other), [width, height], 2 ** this.settings.exposure), other[1]);
-    }
+      const mean = this.difference.mean(this.#pair(cell, other), [width, height], 2 ** this.settings.exposure);
+      cell.tell(mean, other[1]);
+      return mean;
+    });
   }
 
   #viewport(rectangle) {

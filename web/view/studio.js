@@ -2,7 +2,7 @@
 
 import {DataTexture, EquirectangularReflectionMapping, FloatType, LinearFilter, RGBAFormat, RepeatWrapping} from 'three';
 
-const [WIDTH, HEIGHT] = [1024, 512];
+const [WIDTH, HEIGHT] = [256, 128];
 
 /** Lamps (direction, cosine of the half angle, radiance) in a grey room that is brighter above. */
 const LAMPS = [

@@ -1,13 +1,14 @@
 // The scene: every mesh with its exact material and its glTF material.
 
-import {Box3, MeshPhysicalMaterial, Sphere} from 'three';
+import {Box3, MeshPhysicalMaterial, Sphere, Vector3} from 'three';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
 import {EXTENSION, SGDMaterialsPlugin} from '../src/index.js';
 
-/** A scene of a GLB. */
-export async function loadSubject(glb) {
+/** The scene of a GLB; of its root nodes only those of these numbers, if any are given. */
+export async function loadSubject(glb, roots) {
   const loader = new GLTFLoader().register(parser => new SGDMaterialsPlugin(parser));
+  if (roots) loader.register(parser => ({name: 'roots', beforeRoot: () => { parser.json.scenes[0].nodes = roots; }}));
   loader.setMeshoptDecoder(MeshoptDecoder);
   return new Subject(await loader.parseAsync(glb, ''));
 }
@@ -15,6 +16,7 @@ export async function loadSubject(glb) {
 class Subject {
   constructor({scene, parser}) {
     this.root = scene;
+    this.roots = [...scene.children];
     this.parts = [];
     scene.traverse(mesh => { if (mesh.material) this.parts.push(partOf(mesh, parser)); });
     this.slots = slotsOf(parser.json, this.parts);
@@ -24,14 +26,21 @@ class Subject {
   show(name) {
     for (const part of this.parts) part.mesh.material = part[name];
   }
-
-  /** The smallest sphere around `object` that its box tells. */
-  static bounds(object) {
-    return new Box3().setFromObject(object, true).getBoundingSphere(new Sphere());
-  }
 }
 
-export const boundsOf = object => Subject.bounds(object);
+/** A sphere about the middle of an object's box that holds its vertices. */
+export function boundsOf(object) {
+  const center = new Box3().setFromObject(object, true).getCenter(new Vector3());
+  const point = new Vector3();
+  let square = 0;
+  object.traverse(mesh => {
+    const count = mesh.isMesh ? mesh.geometry.attributes.position.count : 0;
+    for (let k = 0; k < count; k++) {
+      square = Math.max(square, mesh.getVertexPosition(k, point).applyMatrix4(mesh.matrixWorld).distanceToSquared(center));
+    }
+  });
+  return new Sphere(center, Math.sqrt(square));
+}
 
 function partOf(mesh, parser) {
   const exact = mesh.material;
@@ -57,7 +66,7 @@ function slotsOf({materials = []}, parts) {
       carries: definition.extensions?.[EXTENSION] !== undefined,
       parameters: drawn.find(({exact}) => exact.isMeshSGDMaterial)?.exact.parameters ?? null,
       gltf: drawn[0]?.gltf ?? null,
-      triangles: drawn.reduce((sum, {mesh}) => sum + triangles(mesh.geometry), 0),
+      note: drawn.length ? `${drawn.reduce((sum, {mesh}) => sum + triangles(mesh.geometry), 0).toLocaleString('en')} triangles` : 'unused',
     };
   });
 }
