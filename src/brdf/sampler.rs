@@ -225,9 +225,7 @@ impl Towards<'_> {
         let tan2_h = tan2_theta(wi + self.wo);
         let of_lobe = |j: usize| match self.lobes[j].density {
             0.0 => 0.0,
-            density => {
-                density * self.sampler.normals[j].ndf(tan2_h, || self.own_ndf(j, tan2_h))
-            }
+            density => density * self.sampler.normals[j].ndf(tan2_h, || self.own_ndf(j, tan2_h)),
         };
         self.diffuse_density(wi) + (0..MAX_LOBES).map(of_lobe).sum::<f64>()
     }
@@ -236,7 +234,8 @@ impl Towards<'_> {
     fn density_and_value(&self, wi: DVec3) -> Option<(f64, [f64; 3])> {
         let angles = Angles::of(wi, self.wo)?;
         let brdf = &self.sampler.brdf;
-        let (mut pdf, mut f) = (self.diffuse_density(wi), brdf.rho_d.map(|rho_d| rho_d * FRAC_1_PI));
+        let (mut pdf, mut f) =
+            (self.diffuse_density(wi), brdf.rho_d.map(|rho_d| rho_d * FRAC_1_PI));
         for (j, lobe) in brdf.lobes.iter().enumerate() {
             let ndf = self.own_ndf(j, angles.tan2_h);
             pdf += self.lobes[j].density * self.sampler.normals[j].ndf(angles.tan2_h, || ndf);
