@@ -16,6 +16,24 @@ pub const EXTENSION: &str = "SGD_materials_shifted_gamma";
 const VERSION: u32 = 2;
 
 /// The body of the extension.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::Extension;
+/// use sgdbake::{Depths, Extent, Format, MaskingKind, Quantity, Request, build, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let product = build(&[named("gold-paint")?], &request, Format::Exr)?;
+/// let body = serde_json::to_value(Extension::new(&product.assets[0].material, Vec::new()))?;
+/// assert_eq!(Extension::read(&body)?.material, product.assets[0].material);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Extension {
     version: Version,

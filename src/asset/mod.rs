@@ -29,6 +29,25 @@ pub use material::{MaterialEntry, Parameters, StatedError};
 pub use measured::Measured;
 
 /// A material as an engine takes it.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, Extent, Format, MaskingKind, Quantity, Request, build, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let product = build(&[named("gold-paint")?], &request, Format::Exr)?;
+/// let asset = &product.assets[0];
+/// assert_eq!(asset.material.parameters.name, "gold-paint");
+/// assert_eq!(asset.textures.len(), 3);
+/// println!("roughness of the glTF material: {:.3}", asset.gltf.roughness);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asset {
     /// Its parameters, its mixture, and its rows in the textures.
@@ -49,6 +68,25 @@ pub struct Texture {
 }
 
 /// The assets of a set of materials.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::{Depths, Extent, Format, MaskingKind, Quantity, Request, build, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let product = build(&[named("gold-paint")?], &request, Format::Exr)?;
+/// std::fs::write("manifest.json", product.manifest().to_text())?;
+/// for texture in &product.textures {
+///     std::fs::write(format!("{}.exr", texture.entry.quantity.name()), &texture.bytes)?;
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Product {
     /// One asset per material, in the order given.
@@ -94,6 +132,23 @@ impl<'a> From<&'a Material> for Subject<'a> {
 /// # Errors
 ///
 /// A request that cannot be met, and texels that `format` cannot hold.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, Extent, Format, MaskingKind, Quantity, Request, build, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let product = build(&[named("gold-paint")?], &request, Format::Exr)?;
+/// assert_eq!(product.textures.len(), 3);
+/// assert!(product.textures[0].bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]), "an EXR file");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn build(
     materials: &[&Material],
     request: &Request,

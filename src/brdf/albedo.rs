@@ -158,6 +158,17 @@ pub fn specular_albedo(lobe: &Lobe<Sgd>, cos_theta_o: f64) -> [f64; 3] {
 /// horizon.
 ///
 /// The published fits do not conserve energy: values above 1 occur and are not clamped.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, SgdBrdf, directional_albedo, named};
+///
+/// let brdf = SgdBrdf::new(named("gold-paint")?, MaskingKind::Exact);
+/// let [r, g, b] = directional_albedo(&brdf, 0.8);
+/// assert!(r > g && g > b && r < 1.0);
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[must_use]
 pub fn directional_albedo(brdf: &SgdBrdf, cos_theta_o: f64) -> [f64; 3] {
     if cos_theta_o.is_nan() || cos_theta_o < f64::MIN_POSITIVE {

@@ -13,6 +13,26 @@ use crate::microfacet::Distribution;
 /// lookup texture of it, or a measurement.
 ///
 /// `wi`, `wo` are unit; below the horizon f is 0.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{DVec3, Reflectance, spherical};
+///
+/// /// The same in all directions.
+/// struct Matte([f64; 3]);
+///
+/// impl Reflectance for Matte {
+///     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+///         let above = wi.z > 0.0 && wo.z > 0.0;
+///         self.0.map(|albedo| if above { albedo * std::f64::consts::FRAC_1_PI } else { 0.0 })
+///     }
+/// }
+///
+/// let mut f = [[0.0; 3]];
+/// Matte([0.5; 3]).eval_all(&[[spherical(0.1, 0.0), spherical(0.2, 0.0)]], &mut f);
+/// assert!((f[0][0] - 0.159).abs() < 1e-3);
+/// ```
 pub trait Reflectance: Sync {
     /// f(wi, wo) \[1/sr\] per colour; NaN where a measurement has no value.
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
@@ -26,6 +46,19 @@ pub trait Reflectance: Sync {
 }
 
 /// A reflectance that draws directions in proportion to what it reflects.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, Sample, SgdBrdf, named, spherical};
+///
+/// let brdf = SgdBrdf::new(named("chrome")?, MaskingKind::Exact);
+/// let wo = spherical(0.8, 0.0);
+/// if let Some(wi) = brdf.sample(wo, [0.1, 0.5, 0.7]) {
+///     assert!(brdf.pdf(wi, wo) > 0.0);
+/// }
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 pub trait Sample: Reflectance {
     /// A direction to the light for `wo`, from three uniform numbers in [0, 1); `None` where the
     /// draw falls below the horizon.

@@ -13,6 +13,21 @@ use crate::microfacet::{
 };
 
 /// The distributions that half vectors are drawn from.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, Sampler, Strategy, named, spherical};
+///
+/// let wo = spherical(0.8, 0.0);
+/// for strategy in [Strategy::Vndf, Strategy::Ggx] {
+///     let sampler = Sampler::new(named("chrome")?, MaskingKind::Exact, strategy);
+///     if let Some(drawn) = sampler.sample_with_weight(wo, [0.1, 0.5, 0.7]) {
+///         assert!(drawn.pdf > 0.0);
+///     }
+/// }
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Strategy {
     /// The visible normals of the SGD distribution itself, exactly.
@@ -45,6 +60,18 @@ pub struct WeightedDirection {
 /// together (the balance heuristic of Veach and Guibas 1995), so every colour's weight
 /// f·cosθi/pdf is bounded by that of its own technique alone over q_j, and no colour sparkles
 /// where another colour's lobe found its peak.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, Sampler, Strategy, named, spherical};
+///
+/// let sampler = Sampler::new(named("gold-paint")?, MaskingKind::Exact, Strategy::Vndf);
+/// let drawn = sampler.sample_with_weight(spherical(0.5, 0.0), [0.2, 0.3, 0.6]);
+/// // f cosθi/pdf per colour; None is a draw below the horizon.
+/// assert!(drawn.is_none_or(|drawn| drawn.weight.iter().all(|w| w.is_finite())));
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampler {
     brdf: SgdBrdf,

@@ -48,6 +48,18 @@ pub struct MeasuredPair {
 /// the measured colour, between the radiances π f cosθi relative to white, with highlights
 /// compressed above white. The mean of ΔE, not of its square, so that pairs which the model cannot
 /// follow, or which were measured badly, do not pull at all others.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, MeasuredTarget, SgdBrdf, named};
+///
+/// // Any reflectance: a measurement, or here a published fit.
+/// let brdf = SgdBrdf::new(named("gold-paint")?, MaskingKind::Fitted);
+/// let target = MeasuredTarget::of(&brdf)?;
+/// assert!(target.typical().iter().all(|f| *f > 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct MeasuredTarget {
     /// The pairs that were measured.

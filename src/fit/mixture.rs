@@ -68,6 +68,17 @@ pub fn best_picture(material: &Material, count: usize) -> SharedMixture {
 /// The largest |D_fit − D|/(D(0) + D) of all angles and lobes is made least: no lobe is given up for
 /// being dark, no angle for being small. Least squares come first, then Σ |e|^p of a p that grows
 /// to 256. Each component more makes that error smaller, or leaves it.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{fit_mixture, named};
+///
+/// let fit = fit_mixture(named("gold-paint")?, 2);
+/// assert_eq!(fit.mixture.alpha.len(), 2);
+/// println!("largest error of D, relative: {:.3?}", fit.ndf_error);
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[must_use]
 pub fn fit(material: &Material, count: usize) -> MixtureFit {
     fit_target(&Target::new(material), count, Objective::default())

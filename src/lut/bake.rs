@@ -67,6 +67,24 @@ struct Sampled<'a> {
 /// # Errors
 ///
 /// No material, a size that no texture has, a tolerance that is out of range or out of reach.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, Extent, MaskingKind, Quantity, Request, bake, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let baked = bake(&[named("gold-paint")?], &request)?;
+/// for table in &baked.tables {
+///     println!("{}: {:?}, error {:?}", table.quantity.name(), table.size, table.error.measured);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn bake(materials: &[&Material], request: &Request) -> Result<Baked, BakeError> {
     bake_with_progress(materials, request, &|| ())
 }

@@ -26,6 +26,27 @@ pub enum Lookup {
 /// # Formula
 ///
 /// f = ρd/π + Σ_lobes (ρs/π) F(wi·h) D(h) G1(wi) G1(wo)/(cosθi cosθo), the factors from the tables.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::lut::decode::Lookup;
+/// use sgdbake::{LutBrdf, Reflectance, SgdBrdf, spherical};
+/// use sgdbake::{Depths, Extent, MaskingKind, Quantity, Request, bake, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let baked = bake(&[named("gold-paint")?], &request)?;
+/// let decoded = LutBrdf::new(&baked, 0, Lookup::Filtered).expect("all three are baked");
+/// let exact = SgdBrdf::new(named("gold-paint")?, MaskingKind::Exact);
+/// let (wi, wo) = (spherical(0.4, 0.0), spherical(0.6, 2.0));
+/// assert!((decoded.eval(wi, wo)[0] / exact.eval(wi, wo)[0] - 1.0).abs() < 0.1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct LutBrdf {
     placed: Placed,

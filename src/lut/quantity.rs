@@ -5,6 +5,15 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 /// A quantity that a texture stores.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::Quantity;
+///
+/// assert_eq!("ndf".parse(), Ok(Quantity::Ndf));
+/// assert_eq!(Quantity::Brdf3d.name(), "brdf3d");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {

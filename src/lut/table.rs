@@ -174,6 +174,25 @@ pub enum Proof {
 }
 
 /// A baked lookup texture.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, Extent, MaskingKind, Quantity, Request, bake, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let baked = bake(&[named("gold-paint")?], &request)?;
+/// let fresnel = baked.table(Quantity::Fresnel).expect("as requested");
+/// let u = fresnel.coordinate(0, 0, 1.0);
+/// let f0 = fresnel.fetch(0, u, sgdbake::lut::Filter::Fetched);
+/// println!("{:?} texels, F at normal incidence {f0:.3?}", fresnel.size);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// The quantity.

@@ -42,6 +42,19 @@ pub struct UnknownMaterial {
 }
 
 /// The 100 materials in the table's order.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::catalog;
+///
+/// assert_eq!(catalog().len(), 100);
+/// let sharpest = catalog().iter().min_by(|a, b| {
+///     let alpha = |entry: &sgdbake::material::CatalogEntry| entry.material.lobes()[0].alpha();
+///     alpha(a).total_cmp(&alpha(b))
+/// });
+/// println!("{}", sharpest.expect("not empty").material.name);
+/// ```
 pub fn catalog() -> &'static [CatalogEntry] {
     static CATALOG: LazyLock<Vec<CatalogEntry>> = LazyLock::new(parse_table);
     &CATALOG
@@ -101,6 +114,17 @@ impl Edition {
 /// # Errors
 ///
 /// [`UnknownMaterial`] with the nearest names.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::named;
+///
+/// assert_eq!(named("chrome")?.name, "chrome");
+/// assert_eq!(named("chrome@refit")?.name, "chrome@refit");
+/// assert!(named("crome").is_err_and(|error| error.to_string().contains("chrome")));
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 pub fn named(name: &str) -> Result<&'static Material, UnknownMaterial> {
     match name.strip_suffix(SUFFIX) {
         Some(of) => refit_of(of)

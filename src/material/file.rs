@@ -130,6 +130,16 @@ const MASKING: [&str; 3] = ["lambda", "c", "k"];
 /// # Errors
 ///
 /// The file, the line, what was found and what is accepted.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::load_material;
+///
+/// let material = load_material("my-paint.toml".as_ref())?;
+/// println!("{} has {} lobes", material.name, material.lobes().len());
+/// # Ok::<(), sgdbake::material::MaterialFileError>(())
+/// ```
 pub fn load(path: &Path) -> Result<Material, MaterialFileError> {
     let unreadable = |source| MaterialFileError::Unreadable { path: path.to_owned(), source };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
@@ -146,6 +156,25 @@ pub fn load(path: &Path) -> Result<Material, MaterialFileError> {
 /// # Errors
 ///
 /// The line, what was found there and what is accepted.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::parse_material;
+///
+/// let text = r#"
+/// name = "my-plastic"
+/// rho_d = [0.3, 0.1, 0.1]
+/// [[lobe]]
+/// alpha = 0.1
+/// p = 0.8
+/// rho_s = [0.2, 0.2, 0.2]
+/// f0 = [0.04, 0.04, 0.04]
+/// f1 = [0, 0, 0]
+/// "#;
+/// assert_eq!(parse_material(text, "my-plastic.toml".as_ref())?.name, "my-plastic");
+/// # Ok::<(), sgdbake::material::MaterialFileError>(())
+/// ```
 pub fn parse(text: &str, path: &Path) -> Result<Material, MaterialFileError> {
     material(text).map_err(|(problem, span)| MaterialFileError::Invalid {
         path: path.to_owned(),

@@ -35,6 +35,17 @@ impl Channel {
 pub const MAX_LOBES: usize = 3;
 
 /// Parameters of the published masking fit (Bagher et al. 2012, equation 15).
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingParams, named};
+///
+/// let masking = named("gold-paint")?.lobes()[0].masking();
+/// let MaskingParams { lambda, c, k } = masking.expect("the paper prints one");
+/// assert!(lambda > 0.0 && c > 0.0 && k > 0.0);
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MaskingParams {
     /// Amplitude λ > 0; not Smith's Λ.
@@ -46,6 +57,19 @@ pub struct MaskingParams {
 }
 
 /// SGD parameters of one colour channel: a row of the paper's table.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{ChannelParams, Material};
+///
+/// let red = ChannelParams {
+///     rho_d: 0.3, rho_s: 0.2, alpha: 0.1, p: 0.8, f0: 0.05, f1: -0.6, masking: None,
+/// };
+/// let paint = Material::of_channels("my-paint", &[red, red, ChannelParams { rho_d: 0.1, ..red }])?;
+/// assert_eq!(paint.rho_d(), [0.3, 0.3, 0.1]);
+/// # Ok::<(), sgdbake::material::MaterialError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelParams {
     /// Diffuse albedo ρd.
@@ -68,6 +92,19 @@ pub struct ChannelParams {
 ///
 /// Its share of f is (ρs/π) F D G/(cosθi cosθo) per colour, F(cosθd) = f0 + (1−f0)(1−cosθd)⁵ −
 /// f1·cosθd (Bagher et al. 2012, equations 8 and 9).
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{LobeFields, LobeParams, Material};
+///
+/// let lobe = LobeParams::new(LobeFields {
+///     alpha: 0.1, p: 0.8, masking: None, rho_s: [0.2; 3], f0: [0.04; 3], f1: [0.0; 3],
+/// })?;
+/// let material = Material::new("my-plastic".to_owned(), [0.3, 0.1, 0.1], vec![lobe])?;
+/// assert_eq!(material.lobes()[0].alpha(), 0.1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "LobeFields")]
 pub struct LobeParams {
@@ -80,6 +117,18 @@ pub struct LobeParams {
 }
 
 /// The fields of a [`LobeParams`] before they are checked.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{LobeFields, LobeParams};
+///
+/// let fields = LobeFields {
+///     alpha: -0.1, p: 0.8, masking: None, rho_s: [0.2; 3], f0: [0.04; 3], f1: [0.0; 3],
+/// };
+/// let refused = LobeParams::new(fields).expect_err("a width is positive");
+/// assert!(refused.to_string().contains("alpha"));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct LobeFields {
     /// Width α of the distribution: a *squared* Beckmann width.
@@ -105,6 +154,17 @@ pub struct LobeFields {
 ///
 /// A published fit has three lobes that colour one channel each; a refitted surface has one or two
 /// that colour all three, as its normals have no colour.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::named;
+///
+/// let material = named("gold-paint")?;
+/// assert_eq!(material.name, "gold-paint");
+/// assert_eq!(material.lobes().len(), 3, "a lobe for each channel");
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Catalogue name, or the name given in its file.

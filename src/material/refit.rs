@@ -39,6 +39,17 @@ pub struct SurfaceError {
 }
 
 /// The refitted materials, in the order of the catalogue.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::refit;
+///
+/// for entry in refit().iter().take(3) {
+///     println!("{}: ΔE {:.2}", entry.material.name, entry.error.delta_e);
+/// }
+/// assert_eq!(refit().len(), 100);
+/// ```
 pub fn refit() -> &'static [RefitEntry] {
     static REFIT: LazyLock<Vec<RefitEntry>> = LazyLock::new(parse_table);
     &REFIT

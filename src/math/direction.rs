@@ -83,6 +83,15 @@ pub fn tan2_theta(w: DVec3) -> f64 {
 }
 
 /// The unit direction at polar angle `theta` and azimuth `phi` \[rad\].
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{DVec3, spherical};
+///
+/// let wi = spherical(30_f64.to_radians(), 0.0);
+/// assert!((wi - DVec3::new(0.5, 0.0, 0.75_f64.sqrt())).length() < 1e-15);
+/// ```
 #[must_use]
 pub fn spherical(theta: f64, phi: f64) -> DVec3 {
     let (sin_theta, cos_theta) = theta.sin_cos();

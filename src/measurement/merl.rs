@@ -48,6 +48,17 @@ const LEAST_MEASURED: f64 = 0.5;
 const HORIZON: f64 = 1e-12;
 
 /// A table of 90 × 90 × 180 cells.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::{MaskingKind, Merl, SgdBrdf, named};
+///
+/// let brdf = SgdBrdf::new(named("gold-paint")?, MaskingKind::Fitted);
+/// let merl = Merl::tabulate(&brdf, &|| ());
+/// merl.write_to(&mut std::fs::File::create("gold-paint.binary")?)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merl {
     /// Values as stored, the colours of a cell side by side.

@@ -65,6 +65,18 @@ pub enum Format {
 }
 
 /// A measured reflectance.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::{Measurement, Reflectance, spherical};
+///
+/// // MERL, RGL, or a table of samples as CSV: the content decides.
+/// let measurement = Measurement::read("gold-paint.binary".as_ref())?;
+/// let f = measurement.eval(spherical(0.3, 0.0), spherical(0.5, 3.0)); // NaN: not measured
+/// println!("{f:?}");
+/// # Ok::<(), sgdbake::measurement::MeasurementError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub enum Measurement {
     /// A table over half and difference angles.

@@ -49,6 +49,17 @@ const MOST_NODES: u64 = 1 << 16;
 const COLOURS: usize = 3;
 
 /// The tables of an isotropic RGB file.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::{MaskingKind, Rgl, SgdBrdf, named};
+///
+/// let brdf = SgdBrdf::new(named("gold-paint")?, MaskingKind::Fitted);
+/// let rgl = Rgl::tabulate(&brdf, "gold paint".to_owned(), &|| ());
+/// rgl.write_to(&mut std::fs::File::create("gold-paint.bsdf")?)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rgl {
     /// Description in the file.

@@ -12,6 +12,18 @@ use crate::preview::colour::luminance;
 ///
 /// y points up; the image's first row is the zenith, its centre the direction −z, and its
 /// columns turn to the right seen from inside.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{DVec3, Environment};
+///
+/// // A panorama of 2 × 1 texels, bright on one side.
+/// let environment = Environment::new(2, &[[1.0; 3], [0.1; 3]])?;
+/// let [left, right] = [DVec3::X, -DVec3::X].map(|towards| environment.look(towards).radiance[0]);
+/// assert!(left != right);
+/// # Ok::<(), sgdbake::preview::environment::EnvironmentError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Environment {
     width: usize,

@@ -6,6 +6,23 @@ use crate::encode::GENERATOR;
 use crate::preview::colour::{delta_e2000, to_srgb8};
 
 /// A linear RGB image, rows from the top.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::preview::render::{Quality, drawn_from};
+/// use sgdbake::{Environment, MaskingKind, SgdBrdf, Shape, named, render};
+///
+/// let gold = named("gold-paint")?;
+/// let brdf = SgdBrdf::new(gold, MaskingKind::Fitted);
+/// let quality = Quality { size: 16, samples: 32, seed: 1 };
+/// let [picture] = render(
+///     &Shape::Ball, &Environment::studio(), &drawn_from(gold), [&brdf], quality, &|| (),
+/// );
+/// assert!(picture.film.to_png()?.starts_with(b"\x89PNG"));
+/// assert_eq!(picture.film.delta_e(&picture.film).max, 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     /// Pixels a row.

@@ -52,6 +52,23 @@ pub const DIRECTIONS: usize = 16;
 /// L = ∫ f(wi, wo) L(wi) cosθi dωi ≈ 1/n Σ f L cosθi/q, with n/2 directions from each of two
 /// densities and q = (p_environment + p_surface)/2: the balance heuristic of Veach and Guibas
 /// (1995).
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::preview::render::{Quality, drawn_from};
+/// use sgdbake::{Environment, MaskingKind, SgdBrdf, Shape, named, render};
+///
+/// let gold = named("gold-paint")?;
+/// let brdf = SgdBrdf::new(gold, MaskingKind::Fitted);
+/// let quality = Quality { size: 16, samples: 32, seed: 1 };
+/// let [picture] = render(
+///     &Shape::Ball, &Environment::studio(), &drawn_from(gold), [&brdf], quality, &|| (),
+/// );
+/// let centre = picture.film.pixels[8 * 16 + 8].rgb;
+/// assert!(centre[0] > centre[2], "gold is yellow");
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[must_use]
 pub fn render<const MODELS: usize>(
     shape: &Shape,

@@ -11,6 +11,15 @@ use crate::preview::ball::{TO_VIEWER, normal_at};
 use crate::scene;
 
 /// The shape in front of the camera.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::Shape;
+///
+/// assert!(Shape::Ball.seen_at(0.0, 0.0).is_some(), "the centre of the picture");
+/// assert!(Shape::Ball.seen_at(0.99, 0.99).is_none(), "its corner");
+/// ```
 #[derive(Debug)]
 pub enum Shape {
     /// The unit ball.

@@ -93,6 +93,16 @@ pub struct Counts {
 }
 
 /// A scene as a glTF document.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::Scene;
+///
+/// let scene = Scene::ball(8)?; // or Scene::open("chair.glb".as_ref())?
+/// assert_eq!(scene.slots()[0].name.as_deref(), Some("ball"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Scene {
     /// The JSON text, character for character.

@@ -51,6 +51,23 @@ pub struct LengthMismatch {
 /// The absolute error against f64 is at most 1e-5·|f| + 1e-6·(largest f of the same wo) for the
 /// published materials. Parameters beyond the range of f32 saturate; nothing becomes NaN or
 /// infinite.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::brdf::batch::{Pairs, RgbMut};
+/// use sgdbake::{MaskingKind, SgdBatch, named};
+///
+/// let batch = SgdBatch::new(named("gold-paint")?, MaskingKind::Exact);
+/// // Two pairs, facing the surface and at 53°.
+/// let (x, y, z) = ([0.0, 0.8], [0.0; 2], [1.0, 0.6]);
+/// let mut rgb = [[0.0_f32; 2]; 3];
+/// let [r, g, b] = &mut rgb;
+/// let pairs = Pairs { wi: [&x, &y, &z], wo: [&x, &y, &z] };
+/// batch.eval(&pairs, &mut RgbMut([r, g, b]))?;
+/// assert!(rgb[0][0] > rgb[0][1] && rgb[0][1] > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SgdBatch {
     set: InstructionSet,
