@@ -131,6 +131,6 @@ open().then(view => {
   say('');
   globalThis.view = view;
 }, error => {
-  say(`This browser cannot draw the page: ${error.message}. It needs WebGL 2.`);
+  say(`The page cannot be drawn: ${error.message}. It needs a browser with WebGL 2.`);
   console.error(error);
 });
