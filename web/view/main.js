@@ -100,7 +100,7 @@ const radiusOf = cells => Math.max(...cells.map(({object}) => boundsOf(object).r
 
 function fillPage({title, note, about, measurement}, settings, slots, stage) {
   find('h1').textContent = title;
-  find('header p').textContent = note;
+  find('header p').textContent = `${note}. Drag to turn, pinch or scroll to zoom.`;
   find('.stage').classList.toggle('single', stage.cells.length === 1);
   const pictures = picturesOf(measurement);
   fillBar(find('.bar'), settings, pictures);
