@@ -92,16 +92,11 @@ impl Arguments {
         for name in &self.material {
             shown.extend(editions(chosen(name, output)?));
         }
-        let measurement = match &self.measured {
-            Some(path) if shown.is_empty() => {
-                let (surface, fit) = measured::fitted(path, output)?;
-                shown.push(Chosen::fitted(path, &surface, fit));
-                Some(measurement(path)?)
-            }
-            Some(path) => Some(measurement(path)?),
-            None => None,
-        };
-        balls(&shown, measurement)
+        if let (Some(path), true) = (&self.measured, shown.is_empty()) {
+            let (surface, fit) = measured::fitted(path, output)?;
+            shown.push(Chosen::fitted(path, &surface, fit));
+        }
+        balls(&shown, self.measured.as_deref().map(measurement).transpose()?)
     }
 }
 

@@ -53,14 +53,11 @@ impl Reflectance for MeasuredTable {
             return [0.0; 3];
         }
         let places = places(HalfDifference::of(wi, wo));
-        (0..8).fold([0.0; 3], |sum, corner| {
+        (0..8).fold([0.0; 3], |sum, corner: usize| {
             let sides: [usize; 3] = std::array::from_fn(|axis| corner >> axis & 1);
-            let weight: f64 = (0..3)
-                .map(|axis| {
-                    let (_, share) = places[axis];
-                    if sides[axis] == 1 { share } else { 1.0 - share }
-                })
-                .product();
+            let shares = places.iter().zip(sides);
+            let weight: f64 =
+                shares.map(|((_, share), side)| [1.0 - share, *share][side]).product();
             let f = self.at(std::array::from_fn(|axis| places[axis].0 + sides[axis]));
             std::array::from_fn(|c| sum[c] + weight * f[c])
         })

@@ -97,14 +97,16 @@ impl View {
     ///
     /// Those of `out`, and of the files that the GLB's bytes are still in.
     pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
+        let mut out = io::BufWriter::new(out);
         let mut rest = TEMPLATE;
         for (text, mark) in MARKS {
             let (before, after) = rest.split_once(text).unwrap_or((rest, ""));
             out.write_all(before.as_bytes())?;
-            self.fill(mark, out)?;
+            self.fill(mark, &mut out)?;
             rest = after;
         }
-        out.write_all(rest.as_bytes())
+        out.write_all(rest.as_bytes())?;
+        out.flush()
     }
 
     fn fill(&self, mark: Mark, out: &mut impl Write) -> io::Result<()> {
@@ -140,6 +142,7 @@ impl View {
     }
 }
 
+/// Writes the base64 of what `write` writes.
 fn base64<W: Write>(
     out: &mut W,
     write: impl FnOnce(&mut EncoderWriter<'_, base64::engine::GeneralPurpose, &mut W>) -> io::Result<()>,

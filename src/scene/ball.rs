@@ -81,3 +81,19 @@ fn direction(theta: f32, phi: f32, pole: bool) -> [f32; 3] {
     let sin = if pole { 0.0 } else { theta.sin() };
     [sin * phi.sin(), theta.cos(), sin * phi.cos()]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Slot;
+
+    #[test]
+    fn balls_share_their_geometry() {
+        let one = Scene::ball(8).expect("a small scene").counts();
+        let three = Scene::balls(8, &["a", "b", "a"]).expect("a small scene");
+        let names: Vec<String> = three.slots().iter().map(Slot::label).collect();
+        assert_eq!(names.len(), 3);
+        assert_eq!(three.counts().buffer_bytes, one.buffer_bytes);
+        assert_eq!((three.counts().nodes, three.counts().triangles), (3, 3 * one.triangles));
+    }
+}

@@ -10,7 +10,7 @@ export const picturesOf = measured => [
 ];
 
 export function fillBar(bar, settings, pictures) {
-  const choice = segments('Picture', pictures, {get: () => settings.picture, set: picture => settings.change({picture}), settings});
+  const choice = segments('Picture', pictures, {get: () => settings.picture, set: picture => settings.choosePicture(picture), settings});
   const colours = element('i');
   colours.style.background = gradient();
   const scale = element('div', {className: 'scale'}, element('span', {textContent: 'ΔE2000'}), '0', colours, `${SCALE_END}+`);

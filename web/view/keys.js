@@ -10,7 +10,7 @@ export const KEYS = [
     act: (settings, step) => settings.change({split: clamp(settings.split + step, 0, 1)})},
   {shown: ['d'], keys: {d: 1}, label: 'line or difference', act: (settings, step, pictures) => {
     const next = (pictures.indexOf(settings.picture) + step) % pictures.length;
-    settings.change({picture: pictures[next]});
+    settings.choosePicture(pictures[next]);
   }},
   {shown: ['s'], keys: {s: 0}, label: 'sun on or off', act: settings => settings.changeSun({on: !settings.sun.on})},
   {shown: [',', '.'], keys: {',': -10, '.': 10}, label: 'turn the light', act: (settings, step) => turnLight(settings, step)},

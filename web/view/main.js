@@ -100,7 +100,7 @@ const radiusOf = cells => Math.max(...cells.map(({object}) => boundsOf(object).r
 
 function fillPage({title, note, about, measurement}, settings, slots, stage) {
   find('h1').textContent = title;
-  find('header p').textContent = note;
+  find('header p').textContent = `${note}. Drag to turn, pinch or scroll to zoom.`;
   find('.stage').classList.toggle('single', stage.cells.length === 1);
   const pictures = picturesOf(measurement);
   fillBar(find('.bar'), settings, pictures);
@@ -131,6 +131,6 @@ open().then(view => {
   say('');
   globalThis.view = view;
 }, error => {
-  say(`This browser cannot draw the page: ${error.message}. It needs WebGL 2.`);
+  say(`The page cannot be drawn: ${error.message}. It needs a browser with WebGL 2.`);
   console.error(error);
 });

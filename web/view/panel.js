@@ -47,7 +47,12 @@ function light(settings, openPanorama) {
   const sun = {get: () => settings.sun.on, set: on => settings.changeSun({on}), settings};
   const ofSun = key => ({get: () => settings.sun[key], set: value => settings.changeSun({[key]: value}), show: degrees, step: 1, settings});
   const environments = [['none', 'None'], ['studio', 'Studio'], ['room', 'Room'], ['file', 'File …']];
-  const choose = name => (name === 'file' ? openPanorama() : settings.changeEnvironment({name}));
+  const choose = name => {
+    if (name !== 'file') return settings.changeEnvironment({name});
+    openPanorama();
+    // Until there is a file, the environment stays.
+    settings.change({});
+  };
   return [
     toggle('Sun', sun),
     slider('Direction', {...ofSun('azimuth'), min: -180, max: 180}),

@@ -22,8 +22,16 @@ export class Settings extends EventTarget {
     this.change({sun: {...this.sun, ...values}});
   }
 
+  /** Takes another environment; a measurement is compared under the sun alone. */
   changeEnvironment(values) {
-    this.change({environment: {...this.environment, ...values}});
+    const environment = {...this.environment, ...values};
+    const leaves = this.picture === 'measured' && environment.name !== 'none';
+    this.change({environment, ...(leaves && {picture: 'gltf'})});
+  }
+
+  choosePicture(picture) {
+    const alone = {sun: {...this.sun, on: true}, environment: {...this.environment, name: 'none'}};
+    this.change({picture, ...(picture === 'measured' && alone)});
   }
 
   /** Calls `use` now and after every change. */

@@ -17,6 +17,7 @@ class Subject {
   constructor({scene, parser}) {
     this.root = scene;
     this.roots = [...scene.children];
+    removeLights(scene);
     this.parts = [];
     scene.traverse(mesh => { if (mesh.material) this.parts.push(partOf(mesh, parser)); });
     this.slots = slotsOf(parser.json, this.parts);
@@ -26,6 +27,13 @@ class Subject {
   show(name) {
     for (const part of this.parts) part.mesh.material = part[name];
   }
+}
+
+/** The page has lights of its own. */
+function removeLights(scene) {
+  const lights = [];
+  scene.traverse(node => { if (node.isLight) lights.push(node); });
+  for (const light of lights) light.removeFromParent();
 }
 
 /** A sphere about the middle of an object's box that holds its vertices. */
