@@ -16,9 +16,10 @@ mod network;
 
 use std::error::Error;
 
-use sgdbake::brdf::Reflectance;
+use sgdbake::brdf::{Brdf, Reflectance};
+use sgdbake::fit::mixture_measured::MeasuredMixture;
 use sgdbake::fit::sgd::{Energy, Lobes, Options};
-use sgdbake::fit::{gltf, gltf_measured, one_lobe, one_lobe_measured};
+use sgdbake::fit::{gltf, gltf_measured, mixture, mixture_measured, one_lobe, one_lobe_measured};
 use sgdbake::material::find;
 use sgdbake::microfacet::Family;
 use sgdbake::report::distance::Distance;
@@ -26,6 +27,8 @@ use sgdbake::report::surface::{Surface, evaluated};
 
 /// ΔE2000 from which the model does not follow the surface.
 const FAR: f64 = 3.0;
+/// Components of the mixtures.
+const COMPONENTS: usize = 8;
 
 const HEAD: &str = "\
 # Errors against measurements
@@ -66,11 +69,19 @@ fn section(key: &str, measured: &dyn Reflectance) -> Result<(), Box<dyn Error>> 
     row("SGD, a lobe a channel", &fit(Lobes::PerChannel, Energy::Conserve)?.distance);
     row("SGD, auto, energy free", &fit(Lobes::Auto, Energy::Free)?.distance);
     for (name, family) in [("Beckmann", Family::Beckmann), ("GGX", Family::Ggx)] {
-        let direct = one_lobe_measured::fit(&surface.target, family).brdf();
-        row(name, &surface.reference.distance(&direct));
+        let direct = one_lobe_measured::fit(&surface.target, family);
+        row(name, &surface.reference.distance(&direct.brdf()));
+        let per_channel = one_lobe_measured::fit_per_channel(&surface.target, &direct);
+        row(&format!("{name}, per channel"), &surface.reference.distance(&per_channel.brdf()));
         let of_sgd = one_lobe::fit(&sgd.material, family).joint.brdf();
         row(&format!("{name} of SGD"), &surface.reference.distance(&of_sgd));
     }
+    let mixture = mixture::fit(&sgd.material, COMPONENTS).mixture;
+    let of_sgd = Brdf::of_mixture(&sgd.material, &mixture);
+    let start = MeasuredMixture::of_material(&sgd.material, mixture);
+    let direct = mixture_measured::fit(&surface.target, &start).brdf();
+    row("Beckmann mixture", &surface.reference.distance(&direct));
+    row("Beckmann mixture of SGD", &surface.reference.distance(&of_sgd));
     let direct = gltf_measured::fit(&surface.target).material;
     row("glTF", &surface.reference.distance(&direct));
     row("glTF of SGD", &surface.reference.distance(&gltf::fit(&sgd.material).material));

@@ -67,10 +67,10 @@ for engine in $engines; do
     draw "$engine" "$list" "$folder/$(basename "$list" .json)" "${keep[@]}"
   done
   samples=()
-  [ "$engine" != blender ] || samples=(--samples 16384)
+  [ "$engine" != blender ] || samples=(--samples 512)
   case "$engine" in filament | khronos) continue ;; esac # the first reads no .hdr, the second filters it too slowly
   [ -z "$panorama" ] || for list in "${bright[@]}"; do
-    draw "$engine" "$list" "$folder/$(basename "$list" .json)/environment" --size 24 --suns "" --environment "$panorama" "${keep[@]}" "${samples[@]}"
+    draw "$engine" "$list" "$folder/$(basename "$list" .json)/environment" --size 72 --suns "" --environment "$panorama" "${keep[@]}" "${samples[@]}"
   done
 done
 "$python" "$here/report.py" "$binary" "$folder" "${lists[@]}" --measured "$measured" ${panorama:+--environment "$panorama"} "${only[@]}" "${output[@]}"

@@ -100,7 +100,7 @@ fn materials_of_one_name_have_sheets_of_their_own() {
     let output = run(folder.path(), &words(sheet));
     let lines = String::from_utf8(output.stdout).unwrap();
     let expected = "would write ./same.html\nwould write ./same-2.html\n\
-                    would write ./index-2.html\nwould write ./index.html\n";
+                    would write ./index-2.html\nwould write ./view.html\nwould write ./index.html\n";
     assert_eq!(lines, expected);
 }
 

@@ -30,6 +30,7 @@ mod sheet;
 mod slice;
 mod speed_error;
 mod tabulate;
+mod view;
 
 use std::process::ExitCode;
 #[cfg(unix)]
@@ -94,6 +95,8 @@ enum Command {
     Preview(preview::Arguments),
     /// The material sheet of the paper's supplement, as HTML
     Sheet(sheet::Arguments),
+    /// A page to look at a scene or balls: exact beside glTF, in any browser, offline
+    View(view::Arguments),
     /// A material or a measurement as a file of measured reflectance: MERL or RGL
     Tabulate(tabulate::Arguments),
     /// Speed against error of every way to evaluate a material
@@ -143,6 +146,7 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Audit(arguments) => audit::run(arguments, output),
         Command::Preview(arguments) => preview::run(arguments, output),
         Command::Sheet(arguments) => sheet::run(arguments, output),
+        Command::View(arguments) => view::run(arguments, output),
         Command::Tabulate(arguments) => tabulate::run(arguments, output),
         Command::SpeedError(arguments) => speed_error::run(arguments, output),
         Command::Completions(arguments) => completions::run(arguments, output),

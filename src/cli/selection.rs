@@ -18,6 +18,7 @@ use sgdbake::fit::sgd::Energy;
 use sgdbake::lut::Extent;
 use sgdbake::material::{Edition, Material, MaterialFileError, find, load, named, refit_of};
 use sgdbake::math::direction::normalised;
+use sgdbake::report::surface::{Surface, SurfaceFit};
 
 /// The size of lookup textures.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -59,6 +60,20 @@ impl From<Material> for Chosen {
 }
 
 impl Chosen {
+    /// What is fitted to the measurement at `path`: the material, and the glTF material.
+    #[must_use]
+    pub fn fitted(path: &Path, surface: &Surface, fit: SurfaceFit) -> Self {
+        let gltf = gltf_measured::fit(&surface.target).material;
+        let measured = Measured {
+            source: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            energy: Energy::Conserve,
+            error: fit.distance.into(),
+            gltf,
+            gltf_error: surface.reference.distance(&gltf).into(),
+        };
+        Self { material: fit.material, measured: Some(measured) }
+    }
+
     /// The material as it is built.
     #[must_use]
     pub fn subject(&self) -> Subject<'_> {
@@ -75,15 +90,7 @@ pub fn chosen(name: &str, output: &Output) -> Result<Chosen, Failure> {
     let path = Path::new(name);
     if named(name).is_err() && measured::is_named_so(path) {
         let (surface, fit) = measured::fitted(path, output)?;
-        let gltf = gltf_measured::fit(&surface.target).material;
-        let measured = Measured {
-            source: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            energy: Energy::Conserve,
-            error: fit.distance.into(),
-            gltf,
-            gltf_error: surface.reference.distance(&gltf).into(),
-        };
-        return Ok(Chosen { material: fit.material, measured: Some(measured) });
+        return Ok(Chosen::fitted(path, &surface, fit));
     }
     let material = material(name, output)?;
     let is_file = named(name).is_err() && path.is_file();

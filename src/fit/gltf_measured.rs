@@ -58,6 +58,17 @@ pub fn fit(target: &MeasuredTarget) -> GltfMeasuredFit {
     GltfMeasuredFit { material, difference: whole.difference(&material) }
 }
 
+/// The best material as appendix B of the specification alone evaluates it: nearer there, and far in
+/// engines that share the light between base and lobe in another way.
+#[must_use]
+pub fn fit_appendix_b(target: &MeasuredTarget) -> GltfBrdf {
+    let coated = bounds(1.0);
+    let [thin, whole] = [target.thinned(THINNING), target.clone()].map(Forms::of);
+    let rough = |x: &DVector<f64>| thin.of_appendix_b(x, &coated);
+    let fine = |x: &DVector<f64>| whole.of_appendix_b(x, &coated);
+    material(&lowest(rough, fine, starts(target), &coated).x)
+}
+
 /// The bounds, a clear coat up to `coat`.
 fn bounds(coat: f64) -> Bounds {
     let mut lower = [0.0; UNKNOWNS];

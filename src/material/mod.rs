@@ -17,4 +17,4 @@ pub use parameters::{
     Channel, ChannelParams, LobeFields, LobeParams, MAX_LOBES, MaskingParams, Material,
     MaterialError, ParameterError,
 };
-pub use refit::{RefitEntry, SurfaceError, refit, refit_of};
+pub use refit::{RefitEntry, SUFFIX, SurfaceError, refit, refit_of};

@@ -15,6 +15,7 @@ use crate::report::number::six_digits;
 use crate::report::parameters;
 use crate::report::sheet::{Page, Picture, Pictures, Sheet};
 use crate::report::sheet_plots::Plots;
+use crate::report::view;
 
 /// The style of every page of the tool.
 pub const STYLE: &str = include_str!("sheet.css");
@@ -26,10 +27,12 @@ pub const STYLE: &str = include_str!("sheet.css");
 /// A picture cannot be encoded.
 pub fn html(sheet: &Sheet<'_>, plots: &Plots) -> Result<String, FilmError> {
     let mut body = format!(
-        "<p class=\"soft\"><a href=\"index.html\">All sheets</a></p><h1>{}</h1>\
+        "<p class=\"soft\"><a href=\"index.html\">All sheets</a> · <a href=\"{}\">Look at it from \
+         all sides</a></p><h1>{}</h1>\
          <p>Measured reflectance as a Shifted Gamma Distribution (Bagher, Soler, Holzschuch 2012), \
          and the best fits of the models that engines have. Every number and picture was computed \
          when this page was written.</p>",
+        view::address(&sheet.material.name),
         escape(&sheet.material.name)
     );
     body.push_str(&parameters(sheet));
@@ -293,10 +296,11 @@ fn audit(sheet: &Sheet<'_>) -> String {
 /// The index of several sheets.
 #[must_use]
 pub fn index<'p>(pages: impl IntoIterator<Item = (&'p str, &'p Page)>) -> String {
-    let mut body = String::from(
-        "<h1>Material sheets</h1><p>Mean ΔE2000 of the best Beckmann, GGX and glTF material against \
+    let mut body = format!(
+        "<h1>Material sheets</h1><p><a href=\"{}\">Look at the materials from all sides</a></p><p>Mean ΔE2000 of the best Beckmann, GGX and glTF material against \
          the measured one, on a ball under the same lights.</p><div class=\"scroll\"><table>\
          <tr><th>material</th><th></th><th>Beckmann</th><th>GGX</th><th>glTF</th><th>albedo &gt; 1 from</th></tr>",
+        view::FILE
     );
     for (file, page) in pages {
         let name = escape(&page.name);

@@ -19,7 +19,8 @@ from picture import EDGE, SunPixels, delta_e, normals
 
 ENGINES = {"three": "three.js 0.187.0", "babylon": "Babylon.js 9.35.0", "filament": "Filament 1.53.4", "khronos": "Khronos viewer 1.1.0",
            "blender": "Blender 4.5, Cycles"}
-LIT_SIZE = 24  # pixels of a ball under the environment: the exact pictures take long to converge
+LIT_SIZE = 24  # pixels of a ball under the environment: pictures take long to converge
+FINER = 3  # samples a side that the engines draw of such a pixel
 EXPOSURE = 0.5  # under the environment: a white diffuse ball is then about half of white
 GOAL = (1.3, 2.0)  # median and 90th percentile of the mean ΔE2000 to the measured surface
 BRIGHTEST = 30.0  # Babylon.js clamps radiance to it
@@ -67,22 +68,23 @@ def under_environment(entry, folder, binary, panorama):
     paths = {engine: path for engine, path in paths.items() if panorama and path.is_file()}
     if not paths:
         return {}
-    inside = normals(LIT_SIZE)[1] < EDGE
+    inside = blocks(normals(FINER * LIT_SIZE)[1] < EDGE).all((1, 3))
     kept = folder / "environment/exact" / f"{entry['label']}.f32"
     if not kept.is_file():
         kept.parent.mkdir(parents=True, exist_ok=True)
         truth.under_environment(binary, entry["name"], panorama, LIT_SIZE).astype("<f4").tofile(kept)
-    reference, found = read_lit(kept)[inside], {}
+    reference, found = np.fromfile(kept, "<f4").reshape(LIT_SIZE, LIT_SIZE, 3).astype(float)[inside], {}
     for engine, path in paths.items():
-        seen = read_lit(path)[inside]
+        picture = np.fromfile(path, "<f4").reshape(FINER * LIT_SIZE, -1, 3).astype(float)
+        seen = blocks(picture).mean((1, 3))[inside]
         d = delta_e(EXPOSURE * seen, EXPOSURE * reference)
         found[engine] = (d.mean(), d.max())
     return found
 
 
-def read_lit(path):
-    """A picture under the environment, size x size x 3."""
-    return np.fromfile(path, "<f4").reshape(LIT_SIZE, LIT_SIZE, 3).astype(float)
+def blocks(fine):
+    """The samples of each pixel: rows, samples down, columns, samples across."""
+    return fine.reshape(LIT_SIZE, FINER, LIT_SIZE, FINER, *fine.shape[2:])
 
 
 def drawn(lists, key):
@@ -193,7 +195,7 @@ To the SGD material of the same edition, by `sgdbake eval`. The refit's glTF mat
 """
 
 ENVIRONMENT = """
-royal_esplanade_1k.hdr, exposure 0.5, every fourth material of the catalogue, a ball of 24 × 24 pixels, to a picture of the exact material of the same edition by `sgdbake preview` with 16384 directions per pixel. three.js and Babylon.js filter the panorama first, each in its way: what they lose there is in these figures. Cycles samples it, with 16384 samples per pixel.
+royal_esplanade_1k.hdr, exposure 0.5, every fourth material of the catalogue, a ball of 24 × 24 pixels, the mean of 3 × 3 samples each, to a picture of the exact material of the same edition by `sgdbake preview` with 16384 directions per pixel. three.js and Babylon.js filter the panorama first, each in its way: what they lose there is in these figures. Cycles samples it, with 4608 samples per pixel.
 """
 
 LIMITS = """

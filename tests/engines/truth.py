@@ -26,13 +26,13 @@ def exact(binary, name, wi, wo):
 
 
 def under_environment(binary, name, panorama, size, samples=16384):
-    """Radiance of the ball by `sgdbake preview`, size x size x 3, rows upwards: the middle ninth of each pixel."""
+    """Radiance of the ball by `sgdbake preview`, size x size x 3, rows upwards: the mean over each pixel."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ball.exr"
         subprocess.run([str(binary), "--quiet", "preview", "--material", name, "--environment", str(panorama),
-                        "--size", str(3 * size), "--samples", str(samples), "-o", str(path)], check=True, stdout=subprocess.DEVNULL)
+                        "--size", str(size), "--samples", str(samples), "-o", str(path)], check=True, stdout=subprocess.DEVNULL)
         (channels,) = OpenEXR.File(str(path)).channels().values()
-    return channels.pixels[1::3, 1::3, :3][::-1].astype(float)
+    return channels.pixels[::-1, :, :3].astype(float)
 
 
 def networks(folder):
