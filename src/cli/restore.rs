@@ -26,7 +26,7 @@ pub struct Arguments {
     /// The scene: .gltf or .glb
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
-    /// The file to write: .glb, or .gltf with its buffer and textures beside it
+    /// The file to write: .glb, or .gltf with its buffer and textures in the same folder
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Take out the lookup textures of the extensions that are replaced

@@ -122,7 +122,7 @@ impl Edition {
 ///
 /// assert_eq!(named("chrome")?.name, "chrome");
 /// assert_eq!(named("chrome@refit")?.name, "chrome@refit");
-/// assert!(named("crome").is_err_and(|error| error.to_string().contains("chrome")));
+/// assert!(named("crome").is_err_and(|error| error.nearest.contains(&"chrome")));
 /// # Ok::<(), sgdbake::material::UnknownMaterial>(())
 /// ```
 pub fn named(name: &str) -> Result<&'static Material, UnknownMaterial> {
