@@ -50,12 +50,12 @@ pub trait Reflectance: Sync {
 /// # Example
 ///
 /// ```
-/// use sgdbake::{MaskingKind, Sample, SgdBrdf, named, spherical};
+/// use sgdbake::{MaskingKind, Sample, Sampler, Strategy, named, spherical};
 ///
-/// let brdf = SgdBrdf::new(named("chrome")?, MaskingKind::Exact);
+/// let sampler = Sampler::new(named("gold-paint")?, MaskingKind::Exact, Strategy::Vndf);
 /// let wo = spherical(0.8, 0.0);
-/// if let Some(wi) = brdf.sample(wo, [0.1, 0.5, 0.7]) {
-///     assert!(brdf.pdf(wi, wo) > 0.0);
+/// if let Some(wi) = Sample::sample(&sampler, wo, [0.1, 0.5, 0.7]) {
+///     assert!(Sample::pdf(&sampler, wi, wo) > 0.0);
 /// }
 /// # Ok::<(), sgdbake::material::UnknownMaterial>(())
 /// ```
