@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Runs every test, and sets up what they need inside the checkout: Python packages in .venv*,
-# npm packages in node_modules under tests/js, tests/engines and tests/pipelines. Needs a Rust toolchain, Python 3.11, Python 3.13 for Blender
-# 5.2, and Node.js.
+# Runs every test, and sets up what they need inside the checkout: Python packages in .venv*, npm
+# packages in node_modules under web and tests. Needs a Rust toolchain, Python 3.11, Python 3.13
+# for Blender 5.2, and Node.js.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
