@@ -9,9 +9,9 @@ use crate::lut::albedo::{self, Albedo};
 use crate::lut::bend::Bends;
 use crate::lut::covering::{Covering, Extremes, Places, Verdict, warps};
 use crate::lut::error::{BakeError, LeftOut};
-use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure};
+use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure, searched};
 use crate::lut::memory;
-use crate::lut::probe::{Probe, probes, probes_of_pair};
+use crate::lut::probe::{Probe, crossings, probes, probes_of_pair};
 use crate::lut::quantity::Quantity;
 use crate::lut::range::{MAX_ROWS, VOLUME_WIDTHS};
 use crate::lut::request::{Extent, Request};
@@ -22,6 +22,13 @@ use crate::lut::term::Term;
 use crate::lut::volume::{self, Volume};
 use crate::material::{MAX_LOBES, Material};
 use crate::microfacet::Accuracy;
+
+/// The first seed of the longer searches, whose result is stated.
+const SEARCHED: usize = 101;
+
+/// The share of the tolerance that a search may find before it counts as broken, where no bound is
+/// known: another search may find more.
+const SAMPLED_SHARE: f64 = 0.92;
 
 /// The share of the tolerance below which the lobes of a colour count as invisible.
 const INVISIBLE: f64 = 0.5;
@@ -185,7 +192,10 @@ fn fill_volume(
     let seen: Vec<Probe> = users().flat_map(|s| s.probes.clone()).collect();
     let unseen = |round: usize| -> Vec<Probe> {
         let seeds = 1 + round * SEEDS..=(round + 1) * SEEDS;
-        users().flat_map(|s| seeds.clone().flat_map(|seed| probes(&s.brdf, seed))).collect()
+        let of_user = |s: &Sampled<'_>| -> Vec<Probe> {
+            seeds.clone().flat_map(|seed| probes(&s.brdf, seed)).collect()
+        };
+        users().flat_map(|s| of_user(s).into_iter().chain(crossings(&s.brdf))).collect()
     };
     let lobes = &rows.lobes[row];
     let search = |seen: &[Probe], _: usize| match request.extent {
@@ -204,7 +214,7 @@ fn fill_volume(
         let found: Vec<Probe> = climbs.flatten().collect();
         let error = [seen, &unseen, &found].map(|probes| volume::measure(table, probes));
         let error = error.into_iter().fold(0.0, f64::max);
-        let refuted = request.tolerance().is_some_and(|tolerance| error > tolerance);
+        let refuted = request.tolerance().is_some_and(|e| error > SAMPLED_SHARE * e);
         unseen.extend(found);
         Judgement { error, refuting: if refuted { unseen } else { Vec::new() } }
     };
@@ -280,25 +290,33 @@ impl Promise<'_> {
         round: usize,
         tolerance: Option<f64>,
     ) -> Judgement<Subject> {
-        let (found, attacked) = attacked(&self.unseen(1 + round), tables, &Filter::COVERED);
-        let error = measure(seen, tables, &Filter::COVERED).max(found);
-        let refuting = tolerance.map_or_else(Vec::new, |tolerance| {
-            let mut refuting = match self.kind() {
-                Proof::Bounded => self.refuting(tables, tolerance),
-                Proof::Sampled => Vec::new(),
-            };
-            if error > tolerance {
-                refuting.extend(attacked);
-            }
-            refuting
-        });
+        let share = if self.kind() == Proof::Bounded { 1.0 } else { SAMPLED_SHARE };
+        let broken = |error: f64| tolerance.is_some_and(|tolerance| error > share * tolerance);
+        let (found, mut worst) = attacked(&self.unseen(1 + round), tables, &Filter::COVERED);
+        let mut error = measure(seen, tables, &Filter::COVERED).max(found);
+        if !broken(error) {
+            let unseen = self.unseen(SEARCHED + round);
+            let (found, longer) = searched(&unseen, tables, &Filter::COVERED);
+            (error, worst) = (error.max(found), longer);
+        }
+        let mut refuting = match (tolerance, self.kind()) {
+            (Some(tolerance), Proof::Bounded) => self.refuting(tables, tolerance),
+            _ => Vec::new(),
+        };
+        if broken(error) {
+            refuting.extend(worst);
+        }
         Judgement { error, refuting }
     }
 
     /// The materials with the probes of a seed.
     fn unseen(&self, seed: usize) -> Vec<(&SgdBrdf, Subject)> {
         let of_material = |(s, placed): (&'_ Sampled<'_>, &Placed)| {
-            Subject::new(self.rows, placed, probes(&s.brdf, seed))
+            let mut probes = probes(&s.brdf, seed);
+            if seed >= SEARCHED {
+                probes.extend(crossings(&s.brdf));
+            }
+            Subject::new(self.rows, placed, probes)
         };
         let subjects = self.sampled.par_iter().zip(self.placed).map(of_material);
         let subjects: Vec<Option<Subject>> = subjects.collect();
@@ -308,7 +326,7 @@ impl Promise<'_> {
 
     /// The largest error found of texture units that cut weights down.
     fn truncated(&self, tables: &[Table]) -> f64 {
-        attacked(&self.unseen(0), tables, &[Filter::Truncating]).0
+        searched(&self.unseen(SEARCHED), tables, &[Filter::Truncating]).0
     }
 
     /// The materials whose bound breaks the tolerance, with probes around where it does.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::brdf::SgdBrdf;
-use crate::lut::attack::attack;
+use crate::lut::attack::{attack, scatter};
 use crate::lut::axis::Warp;
 use crate::lut::bend::{Bends, Interval, times};
 use crate::lut::cell_error::{CellErrors, ROUNDED_WEIGHTS};
@@ -207,6 +207,37 @@ pub fn attacked(
         let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]))?;
         let (found, probe) = attack(brdf, &subject.probes[worst], |probe| error(&one(probe)));
         Some((found, one(&probe)))
+    };
+    let found: Vec<(f64, Subject)> = subjects.par_iter().filter_map(of_subject).collect();
+    let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
+    (largest, found.into_iter().map(|(_, subject)| subject).collect())
+}
+
+/// As [`attacked`], by one texture unit after another, with climbs and random moves from several of
+/// each subject's worst probes.
+#[must_use]
+pub fn searched(
+    subjects: &[(&SgdBrdf, Subject)],
+    tables: &[Table],
+    filters: &[Filter],
+) -> (f64, Vec<Subject>) {
+    const CLIMBS: usize = 4;
+    let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
+    let climbs = |brdf: &SgdBrdf, subject: &Subject, filter: Filter| -> Vec<(f64, Probe)> {
+        let error = |probe: &Probe| subject.with_probes(vec![probe.clone()]).error(&tables, filter);
+        let mut starts: Vec<(f64, &Probe)> =
+            subject.probes.iter().map(|probe| (error(probe), probe)).collect();
+        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let climb = |(_, start): &(f64, &Probe)| {
+            let (_, probe) = attack(brdf, start, error);
+            scatter(brdf, &probe, error)
+        };
+        starts.iter().take(CLIMBS).map(climb).collect()
+    };
+    let of_subject = |(brdf, subject): &(&SgdBrdf, Subject)| {
+        let found = filters.iter().flat_map(|filter| climbs(brdf, subject, *filter));
+        let (error, probe) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((error, subject.with_probes(vec![probe])))
     };
     let found: Vec<(f64, Subject)> = subjects.par_iter().filter_map(of_subject).collect();
     let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
