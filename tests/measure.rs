@@ -202,8 +202,7 @@ fn tabulate_writes_what_preview_and_audit_read() {
     let dry = tabulate(&bsdf, &["--dry-run"]);
     assert_eq!(String::from_utf8(dry.stdout).unwrap(), format!("would write {bsdf}\n"));
     assert!(fs::read(&bsdf).is_err(), "a dry run writes nothing");
-    let json: Value =
-        serde_json::from_slice(&tabulate(&bsdf, &["--json"]).stdout).unwrap();
+    let json: Value = serde_json::from_slice(&tabulate(&bsdf, &["--json"]).stdout).unwrap();
     assert_eq!((&json["schema"], &json["format"]), (&"sgdbake/tabulate/1".into(), &"rgl".into()));
     assert!(json["error"]["median"].as_f64().unwrap() < 0.002, "{json}");
     let first = fs::read(&bsdf).unwrap();

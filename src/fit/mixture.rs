@@ -9,6 +9,7 @@ use crate::fit::picture;
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Residuals, Target};
 use crate::material::{LobeParams, Material};
+use crate::math::least_squares::Minimum;
 use crate::microfacet::{Distribution as _, SgdNdf, SharedMixture};
 
 /// The best mixture of a given number of components.
@@ -34,6 +35,9 @@ const JUDGED_SAMPLES: usize = 400;
 
 /// Angles of the first and of the last steps of the fit to the distributions.
 const ANGLES: [usize; 2] = [48, 120];
+
+/// Starts of evenly spaced widths, of which all but the first are tried where that leads nowhere.
+const STARTS: usize = 6;
 
 /// How far below the range of the starts ln α may go: the best of many components have one that is
 /// three times narrower than the bend of the distribution.
@@ -67,7 +71,8 @@ pub fn best_picture(material: &Material, count: usize) -> SharedMixture {
 ///
 /// The largest |D_fit − D|/(D(0) + D) of all angles and lobes is made least: no lobe is given up for
 /// being dark, no angle for being small. Least squares come first, then Σ |e|^p of a p that grows
-/// to 256. Each component more makes that error smaller, or leaves it.
+/// to 256. Each component more makes that error smaller, or leaves it where no start
+/// leads to a smaller one.
 ///
 /// # Example
 ///
@@ -123,16 +128,25 @@ fn closest(material: &Material, count: usize, objective: Objective) -> SharedMix
         let [coarse, fine] = ANGLES.map(|samples| {
             Problem::new(material, n, distribution_goals, samples).with_room_below(ROOM)
         });
-        let grown = best.as_ref().map(|(_, _, x)| coarse.grown(x));
-        let starts = coarse.even_starts(1).into_iter().map(|even| even.x).chain(grown);
-        let ends = starts.map(|start| objective.descend(&coarse, &fine, &start));
-        let judged = ends.map(|x| {
+        let descended = |start: Minimum| {
+            let x = objective.descend(&coarse, &fine, &start.x);
             let mixture = fine.mixture(&x);
             (largest_error(&mixture), mixture, x)
-        });
-        let found = judged.min_by(|a, b| a.0.total_cmp(&b.0));
+        };
+        let grown = best.as_ref().map_or_else(Vec::new, |(_, _, x)| coarse.grown(x));
+        let starts = [coarse.even_starts(STARTS), grown];
+        let first = starts.iter().filter_map(|starts| starts.first().cloned());
+        let mut found = first.map(descended).min_by(|a, b| a.0.total_cmp(&b.0));
+        // A component more can always help: where the nearest starts lead nowhere, others do.
+        let mut others = starts.iter().flat_map(|starts| starts.iter().skip(1).cloned());
+        while let (Some(before), Some(at)) = (&best, &found)
+            && before.0 <= at.0
+            && let Some(other) = others.next()
+        {
+            found = Some(descended(other));
+        }
         best = match (best, found) {
-            (Some(before), Some(found)) if before.0 < found.0 => {
+            (Some(before), Some(found)) if before.0 <= found.0 => {
                 let (error, mixture, x) = before;
                 Some((error, mixture, fine.split(&x)))
             }

@@ -126,19 +126,20 @@ impl Problem {
         weighed
     }
 
-    /// A solution of one component fewer with one more, where that helps most: its weight is 0
-    /// before the weights are solved for.
+    /// A solution of one component fewer with one more between two of its widths, the best first: its
+    /// weight is 0 before the weights are solved for.
     #[must_use]
-    pub fn grown(&self, x: &DVector<f64>) -> DVector<f64> {
+    pub fn grown(&self, x: &DVector<f64>) -> Vec<Minimum> {
         let n = self.count;
         let mut widths: Vec<f64> = x.rows(0, n - 1).iter().copied().collect();
         widths.sort_by(f64::total_cmp);
         let [low, high] = self.range;
         let ends = [&[low][..], &widths, &[high]].concat();
         let between = ends.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-        let weighed = between.map(|width| self.weigh(self.with_width(x, width)));
-        let best = weighed.min_by(|a, b| a.squares.total_cmp(&b.squares));
-        best.map_or_else(|| self.split(x), |best| best.x)
+        let mut weighed: Vec<Minimum> =
+            between.map(|width| self.weigh(self.with_width(x, width))).collect();
+        weighed.sort_by(|a, b| a.squares.total_cmp(&b.squares));
+        weighed
     }
 
     /// The same solution with its first component counted twice.

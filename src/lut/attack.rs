@@ -36,6 +36,35 @@ pub fn attack(brdf: &SgdBrdf, start: &Probe, error: impl Fn(&Probe) -> f64) -> (
     best
 }
 
+/// The probe with the largest error that random moves from `start` find, ever smaller and each from
+/// the best so far, and that error.
+///
+/// Weights that are rounded make the error jump from pair to pair, where [`attack`] gets caught.
+#[must_use]
+pub fn scatter(brdf: &SgdBrdf, start: &Probe, error: impl Fn(&Probe) -> f64) -> (f64, Probe) {
+    const MOVES: i32 = 160;
+    const WIDEST: f64 = 0.3;
+    const SHRINK: f64 = 0.965;
+    /// Steps of a sequence that fills the cube evenly: powers of the root of x⁴ = x + 1.
+    const EVEN: [f64; 3] =
+        [0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3];
+    let mut place = Place::of(start);
+    let mut best = (error(start), start.clone());
+    for k in 0..MOVES {
+        let reach = WIDEST * SHRINK.powi(k);
+        let moved = (0..3).fold(place, |place, axis| {
+            let uniform = (EVEN[axis] * f64::from(k + 1)).fract();
+            place.moved(axis, reach * (2.0 * uniform - 1.0))
+        });
+        let Some(probe) = probes_of_pair(brdf, moved.pair()).into_iter().next() else { continue };
+        let found = error(&probe);
+        if found > best.0 {
+            (best, place) = ((found, probe), moved);
+        }
+    }
+    best
+}
+
 /// A pair of directions as its viewer, its half vector and the azimuth between.
 #[derive(Clone, Copy)]
 struct Place([f64; 3]);

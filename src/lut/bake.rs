@@ -10,9 +10,9 @@ use crate::lut::bend::Bends;
 use crate::lut::covering::{Covering, Places, Verdict, warps};
 use crate::lut::error::{BakeError, LeftOut};
 use crate::lut::extremes::Extremes;
-use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure};
+use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure, searched};
 use crate::lut::memory;
-use crate::lut::probe::{Probe, probes, probes_of_pair};
+use crate::lut::probe::{Probe, crossings, probes, probes_of_pair};
 use crate::lut::quantity::Quantity;
 use crate::lut::range::{MAX_ROWS, VOLUME_WIDTHS};
 use crate::lut::request::{Extent, Request};
@@ -23,6 +23,13 @@ use crate::lut::term::Term;
 use crate::lut::volume::{self, Volume};
 use crate::material::{MAX_LOBES, Material};
 use crate::microfacet::Accuracy;
+
+/// The first seed of the longer searches, whose result is stated.
+const SEARCHED: usize = 101;
+
+/// The share of the tolerance that a search may find before it counts as broken, where no bound is
+/// known: another search may find more.
+const SAMPLED_SHARE: f64 = 0.92;
 
 /// The share of the tolerance below which the lobes of a colour count as invisible.
 const INVISIBLE: f64 = 0.5;
@@ -268,7 +275,7 @@ impl VolumePromise<'_> {
         let found: Vec<Probe> = climbs.flatten().collect();
         let error = [seen, &unseen, &found].map(|probes| volume::measure(table, probes));
         let error = error.into_iter().fold(0.0, f64::max);
-        let refuted = self.request.tolerance().is_some_and(|tolerance| error > tolerance);
+        let refuted = self.request.tolerance().is_some_and(|e| error > SAMPLED_SHARE * e);
         unseen.extend(found);
         Judgement { error, refuting: if refuted { unseen } else { Vec::new() } }
     }
@@ -282,6 +289,7 @@ impl VolumePromise<'_> {
             for seed in seeds.clone() {
                 unseen.extend(probes(&user.brdf, seed));
             }
+            unseen.extend(crossings(&user.brdf));
         }
         unseen
     }
@@ -366,35 +374,43 @@ impl Promise<'_> {
         round: usize,
         tolerance: Option<f64>,
     ) -> Judgement<Subject> {
-        let (found, attacked) = attacked(&self.unseen(1 + round), tables, &Filter::COVERED);
-        let error = measure(seen, tables, &Filter::COVERED).max(found);
-        let refuting = tolerance.map_or_else(Vec::new, |tolerance| {
-            let mut refuting = match self.kind() {
-                Proof::Bounded => self.refuting(tables, tolerance),
-                Proof::Sampled => Vec::new(),
-            };
-            if error > tolerance {
-                refuting.extend(attacked);
-            }
-            refuting
-        });
+        let share = if self.kind() == Proof::Bounded { 1.0 } else { SAMPLED_SHARE };
+        let broken = |error: f64| tolerance.is_some_and(|tolerance| error > share * tolerance);
+        let (found, mut worst) = attacked(&self.unseen(1 + round), tables, &Filter::COVERED);
+        let mut error = measure(seen, tables, &Filter::COVERED).max(found);
+        if !broken(error) {
+            let unseen = self.unseen(SEARCHED + round);
+            let (found, longer) = searched(&unseen, tables, &Filter::COVERED);
+            (error, worst) = (error.max(found), longer);
+        }
+        let mut refuting = match (tolerance, self.kind()) {
+            (Some(tolerance), Proof::Bounded) => self.refuting(tables, tolerance),
+            _ => Vec::new(),
+        };
+        if broken(error) {
+            refuting.extend(worst);
+        }
         Judgement { error, refuting }
     }
 
     /// The materials with the probes of a seed.
     fn unseen(&self, seed: usize) -> Vec<(&SgdBrdf, Subject)> {
-        let materials = self.sampled.par_iter().zip(self.placed);
-        materials
-            .filter_map(|(s, placed)| {
-                let subject = Subject::new(self.rows, placed, probes(&s.brdf, seed))?;
-                Some((&s.brdf, subject))
-            })
-            .collect()
+        let of_material = |(sampled, placed): (&Sampled<'_>, &Placed)| {
+            let mut probes = probes(&sampled.brdf, seed);
+            if seed >= SEARCHED {
+                probes.extend(crossings(&sampled.brdf));
+            }
+            Subject::new(self.rows, placed, probes)
+        };
+        let subjects = self.sampled.par_iter().zip(self.placed).map(of_material);
+        let subjects: Vec<Option<Subject>> = subjects.collect();
+        let brdfs = self.sampled.iter().map(|sampled| &sampled.brdf);
+        brdfs.zip(subjects).filter_map(|(brdf, subject)| Some((brdf, subject?))).collect()
     }
 
     /// The largest error found of texture units that cut weights down.
     fn truncated(&self, tables: &[Table]) -> f64 {
-        attacked(&self.unseen(0), tables, &[Filter::Truncating]).0
+        searched(&self.unseen(SEARCHED), tables, &[Filter::Truncating]).0
     }
 
     /// The materials whose bound breaks the tolerance, with probes around where it does.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::brdf::SgdBrdf;
-use crate::lut::attack::attack;
+use crate::lut::attack::{attack, scatter};
 use crate::lut::axis::Warp;
 use crate::lut::bend::Bends;
 use crate::lut::cell_error::{CellErrors, ROUNDED_WEIGHTS, growth};
@@ -128,6 +128,33 @@ impl Subject {
         Some((found, self.at(&probe)))
     }
 
+    /// The largest error that climbs and random moves find for one filter after another, and the
+    /// subject of that probe alone.
+    fn searched(
+        &self,
+        brdf: &SgdBrdf,
+        tables: &[Table],
+        filters: &[Filter],
+    ) -> Option<(f64, Self)> {
+        let found = filters.iter().flat_map(|filter| self.climbs(brdf, tables, *filter));
+        let (error, probe) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((error, self.at(&probe)))
+    }
+
+    /// Where climbs from the worst probes end for a filter.
+    fn climbs(&self, brdf: &SgdBrdf, tables: &[Table], filter: Filter) -> Vec<(f64, Probe)> {
+        const CLIMBS: usize = 4;
+        let error = |probe: &Probe| self.at(probe).error(tables, filter);
+        let mut starts: Vec<(f64, &Probe)> =
+            self.probes.iter().map(|probe| (error(probe), probe)).collect();
+        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let climb = |(_, start): &(f64, &Probe)| {
+            let (_, probe) = attack(brdf, start, error);
+            scatter(brdf, &probe, error)
+        };
+        starts.iter().take(CLIMBS).map(climb).collect()
+    }
+
     fn probe_error(
         &self,
         probe: &Probe,
@@ -226,6 +253,23 @@ pub fn attacked(
     let found: Vec<(f64, Subject)> = subjects
         .par_iter()
         .filter_map(|(brdf, subject)| subject.attacked(brdf, &tables, filters))
+        .collect();
+    let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
+    (largest, found.into_iter().map(|(_, subject)| subject).collect())
+}
+
+/// As [`attacked`], by one texture unit after another, with climbs and random moves from several of
+/// each subject's worst probes.
+#[must_use]
+pub fn searched(
+    subjects: &[(&SgdBrdf, Subject)],
+    tables: &[Table],
+    filters: &[Filter],
+) -> (f64, Vec<Subject>) {
+    let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
+    let found: Vec<(f64, Subject)> = subjects
+        .par_iter()
+        .filter_map(|(brdf, subject)| subject.searched(brdf, &tables, filters))
         .collect();
     let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
     (largest, found.into_iter().map(|(_, subject)| subject).collect())

@@ -6,8 +6,10 @@ use glam::DVec3;
 
 use crate::brdf::SgdBrdf;
 use crate::material::MAX_LOBES;
-use crate::math::direction::{Angles, above_horizon, abs_cos_phi_d, at_cot, spherical};
-use crate::microfacet::Distribution as _;
+use crate::math::direction::{
+    Angles, above_horizon, abs_cos_phi_d, at_cot, from_cos_sin, spherical,
+};
+use crate::microfacet::{Distribution as _, Fresnel};
 
 /// Viewers that a set of probes covers.
 const VIEWERS: usize = 40;
@@ -125,6 +127,37 @@ pub fn probes(brdf: &SgdBrdf, seed: usize) -> Vec<Probe> {
             of_viewer(brdf, wo, lights(wo, index, &reach))
         })
         .collect()
+}
+
+/// Probes of the viewers whose mirror direction a lobe leaves dark in some colour, as its Fresnel
+/// curve crosses 0 there: next to the little that is left the error of a texture is largest.
+#[must_use]
+pub fn crossings(brdf: &SgdBrdf) -> Vec<Probe> {
+    let curves = brdf.lobes.iter().filter(|lobe| lobe.rho_s.iter().any(|rho_s| *rho_s > 0.0));
+    let zeros = curves.flat_map(|lobe| lobe.fresnel.iter().flat_map(zeros));
+    let mirror = |cos: f64| {
+        let wo = from_cos_sin(cos, (1.0 - cos * cos).sqrt(), 0.0);
+        probes_of_pair(brdf, [DVec3::new(-wo.x, -wo.y, wo.z), wo])
+    };
+    zeros.flat_map(mirror).collect()
+}
+
+/// The cosθd between 0 and 1 at which a Fresnel curve is 0.
+fn zeros(fresnel: &Fresnel) -> Vec<f64> {
+    const CELLS: u32 = 64;
+    const HALVINGS: usize = 40;
+    let at = |i: u32| f64::from(i) / f64::from(CELLS);
+    let crossed = (0..CELLS)
+        .map(|i| [at(i), at(i + 1)])
+        .filter(|[a, b]| fresnel.eval(*a) * fresnel.eval(*b) < 0.0);
+    let zero = |[mut a, mut b]: [f64; 2]| {
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (a + b);
+            if fresnel.eval(a) * fresnel.eval(middle) <= 0.0 { b = middle } else { a = middle }
+        }
+        0.5 * (a + b)
+    };
+    crossed.map(zero).collect()
 }
 
 /// The probes of the viewer of one pair of directions, that pair the first; none below the horizon.

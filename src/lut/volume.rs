@@ -20,7 +20,7 @@ use half::slice::HalfFloatSliceExt as _;
 use rayon::prelude::*;
 
 use crate::brdf::{Lobe, SgdBrdf};
-use crate::lut::attack::attack;
+use crate::lut::attack::{attack, scatter};
 use crate::lut::axis::{Axis, Variable, Warp};
 use crate::lut::memory;
 use crate::lut::probe::Probe;
@@ -360,7 +360,8 @@ pub fn attacked<'a>(
     let mut starts: Vec<(f64, &Probe)> = probes.map(|probe| (error(probe), probe)).collect();
     starts.sort_by(|a, b| b.0.total_cmp(&a.0));
     starts.truncate(CLIMBS);
-    starts.into_par_iter().map(|(_, start)| attack(brdf, start, error).1).collect()
+    let climb = |(_, start): (f64, &Probe)| scatter(brdf, &attack(brdf, start, error).1, error).1;
+    starts.into_par_iter().map(climb).collect()
 }
 
 /// The 3D table of a row, in search of its size.
