@@ -95,7 +95,9 @@ def drawn(lists, key):
 
 
 def spread(means):
-    """Median, 90th percentile and largest."""
+    """Median, 90th percentile and largest; none of no materials."""
+    if not means:
+        return [np.nan] * 3
     return np.median(means), np.percentile(means, 90), np.max(means)
 
 
@@ -111,7 +113,7 @@ def summary(lists, key):
     if key == "measurement":
         found["*the material itself*"] = [[row.exact.mean() for row in lists[name] if row.exact is not None] for name in names]
     for name, columns in found.items():
-        lines.append(f"| {name} | " + " | ".join(f"{value:.2f}" for column in columns for value in spread(column)) + " |")
+        lines.append(f"| {name} | " + " | ".join("–" if np.isnan(value) else f"{value:.2f}" for column in columns for value in spread(column)) + " |")
     return lines
 
 
@@ -164,6 +166,10 @@ def document(lists):
 def environment_section(lists):
     names = drawn(lists, "environment")[0]
     counts = ", ".join(f"{name} {sum(bool(row.engines) for row in lists[name])}" for name in names)
+    fewer = [f"{ENGINES[engine]} " + ", ".join(f"{name} {len(means(lists[name], engine, 'environment'))}" for name in names)
+             for engine in drawn(lists, "environment")[1]
+             if any(len(means(lists[name], engine, "environment")) < sum(bool(row.engines) for row in lists[name]) for name in names)]
+    counts += "".join(f"; by {each}" for each in fewer)
     return [LIT, "", *ENVIRONMENT.strip().splitlines(), "", f"Materials drawn: {counts}.", "", *summary(lists, "environment"), "",
             f"Mean / largest ΔE2000, {' → '.join(names)}:", "", *table(lists, "environment"), ""]
 
@@ -195,7 +201,7 @@ To the SGD material of the same edition, by `sgdbake eval`. The refit's glTF mat
 """
 
 ENVIRONMENT = """
-royal_esplanade_1k.hdr, exposure 0.5, every fourth material of the catalogue, a ball of 24 × 24 pixels, the mean of 3 × 3 samples each, to a picture of the exact material of the same edition by `sgdbake preview` with 16384 directions per pixel. three.js and Babylon.js filter the panorama first, each in its way: what they lose there is in these figures. Cycles samples it, with 4608 samples per pixel.
+royal_esplanade_1k.hdr, exposure 0.5, every fourth material of the catalogue, a ball of 24 × 24 pixels, the mean of 3 × 3 samples each, to a picture of the exact material of the same edition by `sgdbake preview` with 16384 directions per pixel. three.js (`PMREMGenerator`) and Babylon.js (`HDRCubeTexture` of 256 texels a side, prefiltered, diffuse light by spherical harmonics) filter the panorama first: what they lose there is in these figures, of diffuse materials too. Cycles samples it, with 4608 samples per pixel.
 """
 
 LIMITS = """
