@@ -70,7 +70,7 @@ test('balls show both editions, and the measurement is the one it was made of', 
       await resize(page, size);
       const [published, refit] = await page.evaluate(() => view.stage.measure());
       console.log(`${size.width} px: published ${published.toFixed(2)}, refit ${refit.toFixed(2)} from the measurement of the refit`);
-      assert.ok(refit < 0.25 && published > 4 * refit, `${published}, ${refit}`);
+      assert.ok(refit < 0.1 && published > 4 * refit, `${published}, ${refit}`);
     }
     await assertDifferences(page);
     await assertPanoramas(page);

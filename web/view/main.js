@@ -27,7 +27,8 @@ async function open() {
   }
   find('.cells').append(...cells.map(({frame}) => frame));
   const stage = new Stage(find('canvas'), settings, cells, balls ? aroundBalls : () => ({top: 0, bottom: 0}));
-  fillPage(contents, settings, balls ? ballSlots(contents.balls, balls, subject) : subject.slots, stage);
+  const title = balls && balls.length < contents.balls.length ? bare(balls[0].title) : contents.title;
+  fillPage({...contents, title}, settings, balls ? ballSlots(contents.balls, balls, subject) : subject.slots, stage);
   stage.frame(radiusOf(cells), balls ? [0, 0, 1] : [0.45, 0.35, 1]);
   return {settings, stage, subject};
 }
