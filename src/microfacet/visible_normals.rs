@@ -74,8 +74,16 @@ impl VisibleNormals {
         DVec2::new(if mirror * cot < -x { -x } else { x }, length * sin)
     }
 
-    /// A slope of density ∝ P22 (t x − 1)₊.
-    fn beyond(&self, cot: f64, lambda: f64, [choice, u, v]: [f64; 3]) -> DVec2 {
+    /// The squared length of a slope against e = −ln of the share of longer ones.
+    #[must_use]
+    pub fn squared_slope(&self, e: f64) -> f64 {
+        self.squared_slope.at(e)
+    }
+
+    /// A slope of density ∝ P22 (t x − 1)₊, x towards the viewer, from Λ = `lambda` at cotθo and
+    /// three uniform numbers.
+    #[must_use]
+    pub fn beyond(&self, cot: f64, lambda: f64, [choice, u, v]: [f64; 3]) -> DVec2 {
         let (alpha, place) = self.mixture.masking_width(cot, lambda, choice);
         let across = (-(-place).ln_1p()).sqrt() * (TAU * v).cos();
         alpha * DVec2::new(masking_slope(cot / alpha, u), across)
@@ -196,8 +204,9 @@ mod tests {
             let table = SquaredSlope::new(sgd.mixture());
             for k in 0..400 {
                 let e = 36.7 * 10_f64.powf(-f64::from(k) / 25.0);
-                let error = longer(&rates, table.at(e))[0] / e - 1.0;
-                worst = worst.max(error.abs());
+                let error = (longer(&rates, table.at(e))[0] / e - 1.0).abs();
+                if error > worst { println!("{} {} {e:e}: {error:e}", sgd.alpha(), sgd.p()); }
+                worst = worst.max(error);
             }
         }
         assert!(worst < 1e-8, "{worst:e}");
@@ -205,7 +214,7 @@ mod tests {
 
     #[test]
     fn masking_slopes_invert_their_distribution_function() {
-        for a in [0.0, 1e-6, 0.3, 1.0, 3.0, 8.0] {
+        for a in [1e-6, 0.3, 1.0, 3.0, 8.0] {
             // Of (s − a) e^{−s²} beyond s, without its constant.
             let beyond = |s: f64| (-s * s).exp() * (1.0 - a * PI.sqrt() * s.erfcx());
             for u in [0.0, 1e-9, 1e-3, 0.3, 0.5, 0.9, 1.0 - 1e-9] {

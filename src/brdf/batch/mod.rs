@@ -7,6 +7,7 @@
 
 pub mod albedo;
 pub mod masking;
+pub mod sampler;
 
 mod kernel;
 
@@ -16,6 +17,7 @@ use crate::brdf::albedo::FresnelMoments;
 use crate::brdf::batch::albedo::AlbedoBatch;
 use crate::brdf::batch::kernel::Constants;
 use crate::brdf::batch::masking::{BatchMaskings, FittedG1};
+pub use crate::brdf::batch::sampler::{Draws, SamplerBatch, SamplesMut};
 use crate::brdf::{LobeCurves, MaskingKind, Terms};
 use crate::material::Material;
 use crate::math::arithmetic::{Fused, Separate};
@@ -44,6 +46,15 @@ pub struct LengthMismatch {
     pub expected: usize,
     /// Length of the slice that differs.
     pub found: usize,
+}
+
+/// Checks that all lengths are the first one.
+fn same_length(mut lengths: impl Iterator<Item = usize>) -> Result<(), LengthMismatch> {
+    let expected = lengths.next().unwrap_or(0);
+    match lengths.find(|length| *length != expected) {
+        Some(found) => Err(LengthMismatch { expected, found }),
+        None => Ok(()),
+    }
 }
 
 /// A material's reflectance in f32.
@@ -94,12 +105,8 @@ impl SgdBatch {
     ///
     /// The slices differ in length; nothing is written.
     pub fn eval(&self, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> Result<(), LengthMismatch> {
-        let expected = pairs.wi[0].len();
         let inputs = pairs.wi.iter().chain(&pairs.wo).map(|slice| slice.len());
-        let mut lengths = inputs.chain(out.0.iter().map(|slice| slice.len()));
-        if let Some(found) = lengths.find(|length| *length != expected) {
-            return Err(LengthMismatch { expected, found });
-        }
+        same_length(inputs.chain(out.0.iter().map(|slice| slice.len())))?;
         dispatch::eval(self.set, self, pairs, out);
         Ok(())
     }
@@ -151,6 +158,14 @@ mod dispatch {
             BatchMaskings::Fitted(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
         }
     });
+    per_instruction_set!(sample<A: Fused, baseline Baseline>
+        (sampler: &SamplerBatch, draws: &Draws<'_>, out: &mut SamplesMut<'_>) -> () {
+            sampler.sample_with::<A>(draws, out);
+        });
+    per_instruction_set!(weigh<A: Fused, baseline Baseline>
+        (sampler: &SamplerBatch, pairs: &Pairs<'_>, f: &mut RgbMut<'_>, pdf: &mut [f32]) -> () {
+            sampler.eval_with::<A>(pairs, f, pdf);
+        });
     per_instruction_set!(moments<A: Fused, baseline Fused>
         (lobe: &AlbedoBatch, cos_theta_o: f64) -> FresnelMoments { lobe.at::<A>(cos_theta_o) });
 }
