@@ -115,7 +115,9 @@ impl SamplerBatch {
             let count = BLOCK.min(length - start);
             load(&mut blocks.wo, draws.wo, start, count);
             load(&mut blocks.u, draws.u, start, count);
-            blocks.u.iter_mut().for_each(clamp);
+            for numbers in &mut blocks.u {
+                clamp(numbers);
+            }
             self.prepare::<A>(&mut blocks);
             self.shares.choose(&mut blocks);
             self.draw::<A>(&mut blocks);
@@ -165,12 +167,14 @@ impl SamplerBatch {
     fn draw<A: Arithmetic>(&self, blocks: &mut Blocks) {
         for i in 0..BLOCK {
             let lobe = blocks.technique[i];
-            let wo = blocks.wo.each_ref().map(|axis| axis[i]);
+            let wo = at(&blocks.wo, i);
             let g1 = blocks.g1_chosen[i];
             let (u, v) = (blocks.u[1][i], blocks.u[2][i]);
             let (sin, cos) = sin_cos_turns::<A>(v);
 
-            let length = self.squared_slopes.at(lobe, -ln_1p::<A>(-u)).sqrt();
+            // Not −0, whose bits are those of a number below all others.
+            let e = max(-ln_1p::<A>(-u), 0.0);
+            let length = self.squared_slopes.at(lobe, e).sqrt();
             let (along, across) = (length * cos, length * sin);
             let sin_o = A::mul_add(wo[0], wo[0], wo[1] * wo[1]).sqrt();
             let mirrored = blocks.choice[i] * wo[2] < -along * sin_o * g1;
@@ -179,10 +183,9 @@ impl SamplerBatch {
 
             let radius = u.sqrt();
             let diffuse = [radius * cos, radius * sin, (1.0 - u).sqrt()];
-            for axis in 0..3 {
-                blocks.wi[axis][i] =
-                    if lobe == DIFFUSE { diffuse[axis] } else { reflected[axis] };
-            }
+            blocks.wi[0][i] = if lobe == DIFFUSE { diffuse[0] } else { reflected[0] };
+            blocks.wi[1][i] = if lobe == DIFFUSE { diffuse[1] } else { reflected[1] };
+            blocks.wi[2][i] = if lobe == DIFFUSE { diffuse[2] } else { reflected[2] };
         }
     }
 
@@ -195,7 +198,7 @@ impl SamplerBatch {
                 continue;
             }
             let Some(normals) = self.normals.get(lobe) else { continue };
-            let wo = blocks.wo.each_ref().map(|axis| axis[i]);
+            let wo = at(&blocks.wo, i);
             let sin_o = wo[0].hypot(wo[1]);
             let cot = f64::from(wo[2] / sin_o);
             let g1 = normals.g1(cot);
@@ -239,8 +242,6 @@ struct Blocks {
     g1_chosen: Lanes,
     wi: [Lanes; 3],
     shared: SharedBlock,
-    shape: Lanes,
-    ndf: Lanes,
     values: [Lanes; 3],
     pdf: Lanes,
 }
@@ -259,8 +260,6 @@ impl Blocks {
             g1_chosen: empty,
             wi: [empty; 3],
             shared: SharedBlock::empty(),
-            shape: empty,
-            ndf: empty,
             values: [empty; 3],
             pdf: empty,
         }
@@ -295,6 +294,12 @@ fn store<const N: usize>(to: &mut [&mut [f32]; N], lanes: &[Lanes; N], start: us
     }
 }
 
+/// Not a closure over the axes: those stay calls, and a loop with a call is no vector loop.
+#[inline(always)]
+fn at([x, y, z]: &[Lanes; 3], i: usize) -> [f32; 3] {
+    [x[i], y[i], z[i]]
+}
+
 /// Into [0, 1): a number in f64 may have been rounded to 1.
 #[inline(always)]
 fn clamp(numbers: &mut Lanes) {
@@ -319,8 +324,7 @@ fn reflect<A: Arithmetic>(wo: [f32; 3], sin_o: f32, along: f32, across: f32) -> 
 fn drawn_g1<A: Arithmetic, M: BatchMasking>(maskings: &[M], blocks: &mut Blocks) {
     for (masking, g1) in maskings.iter().zip(&mut blocks.g1) {
         for i in 0..BLOCK {
-            let place = M::place::<A>(blocks.wo.each_ref().map(|axis| axis[i]));
-            g1[i] = masking.g1::<A>(place);
+            g1[i] = masking.g1::<A>(M::place::<A>(at(&blocks.wo, i)));
         }
     }
 }
@@ -331,22 +335,33 @@ fn weigh<A: Arithmetic, M: BatchMasking>(
     maskings: &[M],
     blocks: &mut Blocks,
 ) {
-    let Blocks { wi, wo, shared, shape, ndf, values, pdf, shares, g1, .. } = blocks;
-    shared.fill::<A, M>(wi.each_ref(), wo.each_ref());
+    let Blocks { wi, wo, shared, values, pdf, shares, g1, .. } = blocks;
+    // Arrays of their own: the vectoriser must see that they share no memory with a lobe's.
+    let [mut shape, mut ndf, mut factor] = [[0.0; BLOCK]; 3];
+    let ([ix, iy, iz], [ox, oy, oz]) = (&*wi, &*wo);
+    shared.fill::<A, M>([ix, iy, iz], [ox, oy, oz]);
     for (values, diffuse) in values.iter_mut().zip(constants.diffuse) {
         *values = [diffuse; BLOCK];
     }
+    let [of_lobes @ .., diffuse] = &*shares;
     for i in 0..BLOCK {
-        pdf[i] = shares[MAX_LOBES][i] * wi[2][i] * std::f32::consts::FRAC_1_PI;
+        pdf[i] = diffuse[i] * iz[i] * std::f32::consts::FRAC_1_PI;
     }
-    for (j, (lobe, masking)) in constants.lobes.iter().zip(maskings).enumerate() {
-        masking.visibilities::<A>(&shared.masking_i, &shared.masking_o, shape);
+    let of_lobes = of_lobes.iter().zip(&*g1);
+    for ((lobe, masking), (share, g1)) in constants.lobes.iter().zip(maskings).zip(of_lobes) {
+        masking.visibilities::<A>(&shared.masking_i, &shared.masking_o, &mut shape);
         for i in 0..BLOCK {
-            ndf[i] = lobe.ndf::<A>(shared.normal(i));
-            shape[i] *= ndf[i];
-            pdf[i] += 0.25 * shares[j][i] * (g1[j][i] / wo[2][i]) * ndf[i];
+            factor[i] = 0.25 * share[i] * (g1[i] / oz[i]);
         }
-        lobe.add::<A>(shared, shape, values);
+        let lobe = *lobe;
+        for (i, ndf) in ndf.iter_mut().enumerate() {
+            *ndf = lobe.ndf::<A>(shared.normal(i));
+        }
+        for i in 0..BLOCK {
+            shape[i] *= ndf[i];
+            pdf[i] += factor[i] * ndf[i];
+        }
+        lobe.add::<A>(shared, &shape, values);
     }
     for values in values {
         shared.clear_hidden(values);
@@ -370,6 +385,15 @@ struct ShareOfColour {
     normal: f32,
     schlick: f32,
     f1: f32,
+}
+
+impl ShareOfColour {
+    /// 4ρs/π (|F| + a little) at ε = 1 − cosθo.
+    #[inline(always)]
+    fn share(&self, e: f32, e5: f32) -> f32 {
+        let fresnel = self.normal + self.schlick * e5 + self.f1 * e;
+        self.scale * (fresnel.abs() + MIN_FRESNEL as f32)
+    }
 }
 
 impl Shares {
@@ -403,12 +427,9 @@ impl Shares {
         for (lobe, shares) in self.lobes.iter().zip(&mut blocks.shares) {
             for i in 0..BLOCK {
                 let e = max(1.0 - blocks.wo[2][i], 0.0);
-                let e2 = e * e;
-                let of_colour = |colour: &ShareOfColour| {
-                    let fresnel = colour.normal + colour.schlick * (e2 * e2 * e) + colour.f1 * e;
-                    colour.scale * (fresnel.abs() + MIN_FRESNEL as f32)
-                };
-                shares[i] = of_colour(&lobe[0]) + of_colour(&lobe[1]) + of_colour(&lobe[2]);
+                let (e2, [r, g, b]) = (e * e, lobe);
+                let e5 = e2 * e2 * e;
+                shares[i] = r.share(e, e5) + g.share(e, e5) + b.share(e, e5);
             }
         }
         let [a, b, c, d] = &mut blocks.shares;
@@ -424,24 +445,27 @@ impl Shares {
     /// The technique that the first uniform number falls to, and where in its share.
     #[inline(always)]
     fn choose(&self, blocks: &mut Blocks) {
-        let [a, b, c, d] = &blocks.shares;
-        let [g1_a, g1_b, g1_c] = &blocks.g1;
+        let (last, [a, b, c, d], [g1_a, g1_b, g1_c]) = (self.last, &blocks.shares, &blocks.g1);
         for i in 0..BLOCK {
             let u = blocks.u[0][i];
             let (to_a, to_b, to_c) = (a[i], a[i] + b[i], a[i] + b[i] + c[i]);
             let chosen = u32::from(u >= to_a) + u32::from(u >= to_b) + u32::from(u >= to_c);
-            let chosen = chosen.min(self.last);
-            let of = |values: [f32; 4]| {
-                let low = if chosen == 0 { values[0] } else { values[1] };
-                let high = if chosen == 2 { values[2] } else { values[3] };
-                if chosen < 2 { low } else { high }
-            };
-            let (start, share) = (of([0.0, to_a, to_b, to_c]), of([a[i], b[i], c[i], d[i]]));
+            let chosen = chosen.min(last);
+            let start = of(chosen, [0.0, to_a, to_b, to_c]);
+            let share = of(chosen, [a[i], b[i], c[i], d[i]]);
             blocks.technique[i] = chosen;
             blocks.choice[i] = min((u - start) / share, 1.0 - f32::EPSILON / 2.0);
-            blocks.g1_chosen[i] = of([g1_a[i], g1_b[i], g1_c[i], 1.0]);
+            blocks.g1_chosen[i] = of(chosen, [g1_a[i], g1_b[i], g1_c[i], 1.0]);
         }
     }
+}
+
+/// The value of the chosen technique, by selects.
+#[inline(always)]
+fn of(chosen: u32, [a, b, c, d]: [f32; MAX_LOBES + 1]) -> f32 {
+    let low = if chosen == 0 { a } else { b };
+    let high = if chosen == 2 { c } else { d };
+    if chosen < 2 { low } else { high }
 }
 
 /// Pieces of a lobe's table.
