@@ -100,7 +100,6 @@ const CIRCLES: [(&[&str], &str); 5] = [
             "brdf::batch::albedo",
             "brdf::batch::kernel",
             "brdf::batch::masking",
-            "brdf::batch::sampler",
         ],
         "one evaluator: the public type, its dispatch and its loops",
     ),
