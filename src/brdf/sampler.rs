@@ -240,7 +240,8 @@ impl Towards<'_> {
         let half_sum = wi + self.wo;
         let (tan2_h, cos_d) = (tan2_theta(half_sum), (0.5 * half_sum.length()).min(1.0));
         let [at_i, at_o] = [wi, self.wo].map(|w| Elevation::new(w, &brdf.lobes));
-        let (mut pdf, mut f) = (self.diffuse_density(wi), brdf.rho_d.map(|rho_d| rho_d * FRAC_1_PI));
+        let (mut pdf, mut f) =
+            (self.diffuse_density(wi), brdf.rho_d.map(|rho_d| rho_d * FRAC_1_PI));
         for ((lobe, towards), normals) in
             brdf.lobes.iter().zip(&self.lobes).zip(&self.sampler.normals)
         {

@@ -226,7 +226,11 @@ impl SharedBlock {
 
     /// Overwritten where it lies: moving it would take as long as a fifth of the evaluation.
     #[inline(always)]
-    pub(super) fn fill<A: Arithmetic, M: BatchMasking>(&mut self, wi: [&Lanes; 3], wo: [&Lanes; 3]) {
+    pub(super) fn fill<A: Arithmetic, M: BatchMasking>(
+        &mut self,
+        wi: [&Lanes; 3],
+        wo: [&Lanes; 3],
+    ) {
         for i in 0..BLOCK {
             let shared =
                 Shared::new::<A, M>([wi[0][i], wi[1][i], wi[2][i]], [wo[0][i], wo[1][i], wo[2][i]]);

@@ -260,7 +260,8 @@ impl BatchMaskings {
     /// Smith's masking of distributions.
     #[must_use]
     pub fn exact(distributions: &[Sgd]) -> Self {
-        let polynomials = distributions.iter().map(|sgd| SingleG1Polynomial::new(&sgd.clone().tabulated()));
+        let polynomials =
+            distributions.iter().map(|sgd| SingleG1Polynomial::new(&sgd.clone().tabulated()));
         match polynomials.collect() {
             Some(polynomials) => Self::Exact(polynomials),
             None => Self::Tabulated(distributions.iter().map(SingleG1Table::new).collect()),
