@@ -5,9 +5,9 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use crate::brdf::reflectance::{Reflectance, Sample, cosine_sample};
-use crate::brdf::{LobeTerms, MaskingKind, SgdBrdf};
+use crate::brdf::{Lobe, MaskingKind, SgdBrdf};
 use crate::material::{MAX_LOBES, Material};
-use crate::math::direction::{Angles, above_horizon, cos_theta, cot_theta, tan2_theta};
+use crate::math::direction::{above_horizon, cos_theta, cot_theta, tan2_theta};
 use crate::microfacet::{
     Accuracy, Distribution as _, Ggx, Sgd, VisibleNormals, from_slope_density, tuned_ggx_width,
 };
@@ -47,6 +47,9 @@ pub struct WeightedDirection {
     /// f·cosθi/pdf per colour.
     pub weight: [f64; 3],
 }
+
+/// Keeps a lobe alive where its Fresnel curve crosses zero at θd = θo.
+pub(crate) const MIN_FRESNEL: f64 = 0.05;
 
 /// Draws directions for a material.
 ///
@@ -113,7 +116,7 @@ impl Sampler {
     pub fn sample_with_weight(&self, wo: DVec3, u: [f64; 3]) -> Option<WeightedDirection> {
         let towards = self.towards(wo)?;
         let wi = towards.sample(u)?;
-        let (pdf, f) = towards.density_and_value(wi)?;
+        let (pdf, f) = towards.density_and_value(wi);
         Some(WeightedDirection { wi, pdf, weight: f.map(|f| f * cos_theta(wi) / pdf) })
     }
 
@@ -136,8 +139,6 @@ impl Sampler {
 
     /// q(wo): the shares of the lobes and of diffuse, about what each reflects.
     fn shares(&self, cos_theta_o: f64) -> [f64; MAX_LOBES + 1] {
-        /// Keeps a lobe alive where its Fresnel curve crosses zero at θd = θo.
-        const MIN_FRESNEL: f64 = 0.05;
         let mut shares = [0.0; MAX_LOBES + 1];
         for (lobe, share) in self.brdf.lobes.iter().zip(&mut shares) {
             *share = (0..3)
@@ -252,37 +253,72 @@ impl Towards<'_> {
         let tan2_h = tan2_theta(wi + self.wo);
         let of_lobe = |j: usize| match self.lobes[j].density {
             0.0 => 0.0,
-            density => density * self.sampler.normals[j].ndf(tan2_h, || self.own_ndf(j, tan2_h)),
+            density => {
+                let own = || own_ndf(&self.sampler.brdf.lobes[j], tan2_h);
+                density * self.sampler.normals[j].ndf(tan2_h, own)
+            }
         };
         self.diffuse_density(wi) + (0..MAX_LOBES).map(of_lobe).sum::<f64>()
     }
 
-    /// The density and f at `wi`, which share D; `None` below the horizon.
-    fn density_and_value(&self, wi: DVec3) -> Option<(f64, [f64; 3])> {
-        let angles = Angles::of(wi, self.wo)?;
+    /// The density and f at `wi` above the horizon, which share D.
+    fn density_and_value(&self, wi: DVec3) -> (f64, [f64; 3]) {
         let brdf = &self.sampler.brdf;
+        let half_sum = wi + self.wo;
+        let (tan2_h, cos_d) = (tan2_theta(half_sum), (0.5 * half_sum.length()).min(1.0));
+        let [at_i, at_o] = [wi, self.wo].map(|w| Elevation::new(w, &brdf.lobes));
         let (mut pdf, mut f) =
             (self.diffuse_density(wi), brdf.rho_d.map(|rho_d| rho_d * FRAC_1_PI));
-        for (j, lobe) in brdf.lobes.iter().enumerate() {
-            let ndf = self.own_ndf(j, angles.tan2_h);
-            pdf += self.lobes[j].density * self.sampler.normals[j].ndf(angles.tan2_h, || ndf);
-            let [g1_i, g1_o] = angles.cot.map(|cot| lobe.g1(cot));
-            let fresnel = lobe.fresnel.map(|fresnel| fresnel.eval(angles.cos_d));
-            let specular = lobe.specular(&LobeTerms { ndf, g1_i, g1_o, fresnel }, &angles);
-            f = std::array::from_fn(|c| f[c] + specular[c]);
+        for ((lobe, towards), normals) in
+            brdf.lobes.iter().zip(&self.lobes).zip(&self.sampler.normals)
+        {
+            let ndf = own_ndf(lobe, tan2_h);
+            pdf += towards.density * normals.ndf(tan2_h, || ndf);
+            let shape = FRAC_1_PI * ndf * (at_i.v(lobe) * at_o.v(lobe));
+            for c in 0..3 {
+                if lobe.rho_s[c] != 0.0 {
+                    f[c] += lobe.rho_s[c] * lobe.fresnel[c].eval(cos_d) * shape;
+                }
+            }
         }
-        Some((pdf, f))
-    }
-
-    /// D of lobe `j`, by one exponential.
-    fn own_ndf(&self, j: usize, tan2_h: f64) -> f64 {
-        let ndf = self.sampler.brdf.lobes[j].distribution.closed_form();
-        from_slope_density(ndf.peak() * ndf.log_decay(tan2_h).exp(), tan2_h)
+        (pdf, f)
     }
 
     /// q_d cosθi/π.
     fn diffuse_density(&self, wi: DVec3) -> f64 {
         self.shares[MAX_LOBES] * cos_theta(wi) * FRAC_1_PI
+    }
+}
+
+/// D of a lobe, by one exponential.
+fn own_ndf(lobe: &Lobe<Sgd>, tan2_h: f64) -> f64 {
+    let ndf = lobe.distribution.closed_form();
+    from_slope_density(ndf.peak() * ndf.log_decay(tan2_h).exp(), tan2_h)
+}
+
+/// A direction as the masking of all lobes sees it.
+#[derive(Clone, Copy, Debug)]
+struct Elevation {
+    cos: f64,
+    cot: f64,
+    /// π/2 − θ, where a lobe has fitted masking.
+    angle: f64,
+}
+
+impl Elevation {
+    fn new(w: DVec3, lobes: &[Lobe<Sgd>]) -> Self {
+        let (cos, sin) = (cos_theta(w), w.truncate().length());
+        let fitted = lobes.iter().any(|lobe| lobe.fitted.is_some());
+        Self { cos, cot: cos / sin, angle: if fitted { (cos / sin).atan() } else { 0.0 } }
+    }
+
+    /// G1/cosθ of a lobe.
+    fn v(&self, lobe: &Lobe<Sgd>) -> f64 {
+        let g1 = match &lobe.fitted {
+            Some(fitted) => fitted.g1_at_elevation(self.angle),
+            None => lobe.distribution.g1(self.cot),
+        };
+        g1 / self.cos
     }
 }
 

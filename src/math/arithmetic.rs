@@ -159,6 +159,23 @@ pub fn atan2<A: Arithmetic>(y: f32, x: f32) -> f32 {
     if y > x { std::f32::consts::FRAC_PI_2 - angle } else { angle }
 }
 
+/// (sin 2πx, cos 2πx) for 0 ≤ x ≤ 1. 2e-7 absolute.
+#[inline(always)]
+pub fn sin_cos_turns<A: Arithmetic>(x: f32) -> (f32, f32) {
+    let rounded = A::mul_add(x, 4.0, ROUNDER);
+    let quadrant = rounded.to_bits().wrapping_sub(ROUNDER.to_bits());
+    // A quarter turn is 1; f is within half of one.
+    let f = A::mul_add(x, 4.0, ROUNDER - rounded);
+    let f2 = f * f;
+    let sin = f * polynomial::<A, 4>(f2, [1.570_796_4, -0.645_963_5, 0.079_680_22, -0.004_602_149]);
+    let cos =
+        polynomial::<A, 5>(f2, [1.0, -1.233_700_5, 0.253_669_2, -0.020_860_07, 0.000_903_628]);
+    let swap = quadrant & 1 != 0;
+    let (s, c) = if swap { (cos, sin) } else { (sin, cos) };
+    let sign = |negative: u32, value: f32| f32::from_bits(value.to_bits() ^ (negative << 31));
+    (sign(quadrant >> 1 & 1, s), sign((quadrant + 1) >> 1 & 1, c))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,6 +195,10 @@ mod tests {
             assert!(relative(ln_1p::<A>(x), f64::from(x).ln_1p()) < 4e-7, "ln1p {x}");
             let x = (100.0 * z).exp2() as f32;
             assert!((f64::from(log2::<A>(x)) - f64::from(x).log2()).abs() < 1e-6 * (1.0 + 5.0 * z));
+            let (sin, cos) = sin_cos_turns::<A>(z as f32);
+            let turn = std::f64::consts::TAU * f64::from(z as f32);
+            assert!((f64::from(sin) - turn.sin()).abs() < 2e-7, "sin {z}");
+            assert!((f64::from(cos) - turn.cos()).abs() < 2e-7, "cos {z}");
             let (x, y) = (1.0, (60.0 * z - 40.0).exp2() as f32);
             assert!(relative(atan2::<A>(y, x), f64::from(y).atan()) < 3e-7, "atan2 {y}");
         }

@@ -49,12 +49,14 @@ pub fn abs_cos_phi_d(wi: DVec3, wo: DVec3) -> f64 {
 ///
 /// Excludes the horizon itself, where cosθ is 0 or denormal, and anything but a unit vector: a NaN,
 /// or a squared length that differs from 1 by more than a hundredth.
+#[inline]
 #[must_use]
 pub fn above_horizon(w: DVec3) -> bool {
     w.z >= f64::MIN_POSITIVE && (w.length_squared() - 1.0).abs() <= 1e-2
 }
 
 /// cosθ of a unit direction: its z component.
+#[inline]
 #[must_use]
 pub fn cos_theta(w: DVec3) -> f64 {
     w.z
@@ -75,6 +77,7 @@ pub fn cot_theta(w: DVec3) -> f64 {
 /// tan²θ of a direction of any length (the length cancels); infinite at grazing.
 ///
 /// From the components: 1 − cos²θ would lose all digits of a sharp lobe's argument.
+#[inline]
 #[must_use]
 pub fn tan2_theta(w: DVec3) -> f64 {
     let slope_x = w.x / w.z;

@@ -34,6 +34,7 @@ impl Fresnel {
     }
 
     /// F at cosθd = wi·h.
+    #[inline]
     #[must_use]
     pub fn eval(&self, cos_theta_d: f64) -> f64 {
         self.f0 + (self.f90 - self.f0) * (1.0 - cos_theta_d).powi(5) - self.f1 * cos_theta_d

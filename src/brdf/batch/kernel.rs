@@ -16,7 +16,8 @@ use crate::microfacet::SgdNdf;
 /// pair's result does not depend on its place in a slice.
 pub const BLOCK: usize = 128;
 
-type Lanes = [f32; BLOCK];
+/// A value for each pair of a block.
+pub type Lanes = [f32; BLOCK];
 
 /// tan²θh beyond which D of every lobe that f32 can hold is 0; its square is still finite.
 const LARGEST_TAN2: f32 = 1e15;
@@ -27,13 +28,13 @@ const LARGEST_INV_ALPHA2: f64 = 1e22;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constants {
     /// ρd/π per colour.
-    diffuse: [f32; 3],
-    lobes: Vec<LobeConstants>,
+    pub(super) diffuse: [f32; 3],
+    pub(super) lobes: Vec<LobeConstants>,
 }
 
 /// A lobe's constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct LobeConstants {
+pub(super) struct LobeConstants {
     /// D at θ = 0.
     peak: f32,
     /// log₂e/α.
@@ -92,11 +93,28 @@ impl LobeConstants {
 
     /// D at x = tan²θ: peak · 2^(−x log₂e/α − p log₂(1 + x/α²)) · (1+x)².
     #[inline(always)]
-    fn ndf<A: Arithmetic>(&self, tan2_theta: f32) -> f32 {
-        let x = min(tan2_theta, LARGEST_TAN2);
+    pub(super) fn ndf<A: Arithmetic>(&self, NormalAt { x, spread }: NormalAt) -> f32 {
         let power = self.p * log2::<A>(A::mul_add(x, self.inv_alpha2, 1.0));
         let density = self.peak * exp2::<A>(A::mul_add(-x, self.decay, -power));
-        min(density * ((1.0 + x) * (1.0 + x)), f32::MAX)
+        min(density * spread, f32::MAX)
+    }
+
+    /// Adds (ρs/π) F D (G1(wi)/cosθi) (G1(wo)/cosθo) of each colour; `shape` is that without ρs/π and F.
+    #[inline(always)]
+    pub(super) fn add<A: Arithmetic>(
+        &self,
+        shared: &SharedBlock,
+        shape: &Lanes,
+        values: &mut [Lanes; 3],
+    ) {
+        for (colour, values) in self.colours.iter().zip(values) {
+            if colour.specular == 0.0 {
+                continue;
+            }
+            for (i, value) in values.iter_mut().enumerate() {
+                *value += specular::<A>(colour, shared.fresnel(i), shape[i]);
+            }
+        }
     }
 }
 
@@ -106,6 +124,21 @@ impl ColourConstants {
     fn fresnel<A: Arithmetic>(&self, fresnel: FresnelAt) -> f32 {
         let linear = A::mul_add(self.f1, fresnel.e, self.fresnel_normal);
         A::mul_add(self.fresnel_schlick, fresnel.e5, linear)
+    }
+}
+
+/// x = tan²θh and (1+x)².
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NormalAt {
+    x: f32,
+    spread: f32,
+}
+
+impl NormalAt {
+    #[inline(always)]
+    fn new(tan2_theta: f32) -> Self {
+        let x = min(tan2_theta, LARGEST_TAN2);
+        Self { x, spread: (1.0 + x) * (1.0 + x) }
     }
 }
 
@@ -129,7 +162,7 @@ impl FresnelAt {
 #[derive(Clone, Copy, Debug)]
 struct Shared {
     visible: bool,
-    tan2_h: f32,
+    normal: NormalAt,
     fresnel: FresnelAt,
     masking_i: Place,
     masking_o: Place,
@@ -144,7 +177,7 @@ impl Shared {
         let cos_d = 0.5 * A::mul_add(hx, hx, A::mul_add(hy, hy, hz * hz)).sqrt();
         Self {
             visible: above_horizon::<A>(wi) & above_horizon::<A>(wo),
-            tan2_h: A::mul_add(slope_x, slope_x, slope_y * slope_y),
+            normal: NormalAt::new(A::mul_add(slope_x, slope_x, slope_y * slope_y)),
             fresnel: FresnelAt::new(cos_d),
             masking_i: M::place::<A>(wi),
             masking_o: M::place::<A>(wo),
@@ -167,21 +200,23 @@ fn specular<A: Arithmetic>(colour: &ColourConstants, fresnel: FresnelAt, shape: 
 }
 
 /// [`Shared`] for a block of pairs, array by array.
-struct SharedBlock {
+pub(super) struct SharedBlock {
     visible: [u32; BLOCK],
-    tan2_h: Lanes,
+    x: Lanes,
+    spread: Lanes,
     e: Lanes,
     e5: Lanes,
-    masking_i: [Lanes; 2],
-    masking_o: [Lanes; 2],
+    pub(super) masking_i: [Lanes; 2],
+    pub(super) masking_o: [Lanes; 2],
 }
 
 impl SharedBlock {
     #[inline(always)]
-    fn empty() -> Self {
+    pub(super) fn empty() -> Self {
         Self {
             visible: [0; BLOCK],
-            tan2_h: [0.0; BLOCK],
+            x: [0.0; BLOCK],
+            spread: [0.0; BLOCK],
             e: [0.0; BLOCK],
             e5: [0.0; BLOCK],
             masking_i: [[0.0; BLOCK]; 2],
@@ -191,17 +226,40 @@ impl SharedBlock {
 
     /// Overwritten where it lies: moving it would take as long as a fifth of the evaluation.
     #[inline(always)]
-    fn fill<A: Arithmetic, M: BatchMasking>(&mut self, wi: [&Lanes; 3], wo: [&Lanes; 3]) {
+    pub(super) fn fill<A: Arithmetic, M: BatchMasking>(
+        &mut self,
+        wi: [&Lanes; 3],
+        wo: [&Lanes; 3],
+    ) {
         for i in 0..BLOCK {
             let shared =
                 Shared::new::<A, M>([wi[0][i], wi[1][i], wi[2][i]], [wo[0][i], wo[1][i], wo[2][i]]);
             self.visible[i] = u32::from(shared.visible);
-            self.tan2_h[i] = shared.tan2_h;
+            self.x[i] = shared.normal.x;
+            self.spread[i] = shared.normal.spread;
             self.e[i] = shared.fresnel.e;
             self.e5[i] = shared.fresnel.e5;
             [self.masking_i[0][i], self.masking_i[1][i]] = shared.masking_i;
             [self.masking_o[0][i], self.masking_o[1][i]] = shared.masking_o;
         }
+    }
+
+    #[inline(always)]
+    pub(super) fn normal(&self, i: usize) -> NormalAt {
+        NormalAt { x: self.x[i], spread: self.spread[i] }
+    }
+
+    /// 0 where a direction is not above the horizon.
+    #[inline(always)]
+    pub(super) fn clear_hidden(&self, values: &mut Lanes) {
+        for (value, visible) in values.iter_mut().zip(&self.visible) {
+            *value = if *visible != 0 { *value } else { 0.0 };
+        }
+    }
+
+    #[inline(always)]
+    fn fresnel(&self, i: usize) -> FresnelAt {
+        FresnelAt { e: self.e[i], e5: self.e5[i] }
     }
 }
 
@@ -219,28 +277,34 @@ pub fn eval<A: Arithmetic, M: BatchMasking>(
     let mut values = [[0.0; BLOCK]; 3];
     for start in (0..length).step_by(BLOCK) {
         let count = BLOCK.min(length - start);
-        let [wi_x, wi_y, wi_z] = pairs.wi;
-        let [wo_x, wo_y, wo_z] = pairs.wo;
-        let components = [wi_x, wi_y, wi_z, wo_x, wo_y, wo_z];
-        for (padded, component) in padded.iter_mut().zip(components) {
-            padded[..count].copy_from_slice(&component[start..start + count]);
-            padded[count..].fill(0.0);
+        if count < BLOCK {
+            for (padded, component) in padded.iter_mut().zip(pairs.wi.iter().chain(&pairs.wo)) {
+                *padded = [0.0; BLOCK];
+                padded[..count].copy_from_slice(&component[start..]);
+            }
         }
-        let [wi_x, wi_y, wi_z, wo_x, wo_y, wo_z] = &padded;
-        shared.fill::<A, M>([wi_x, wi_y, wi_z], [wo_x, wo_y, wo_z]);
+        let [ix, iy, iz, ox, oy, oz] = &padded;
+        let [wi, wo] = [pairs.wi, pairs.wo].map(|w| w.map(|w| &w[start..]));
+        let wi = [full(wi[0], ix), full(wi[1], iy), full(wi[2], iz)];
+        let wo = [full(wo[0], ox), full(wo[1], oy), full(wo[2], oz)];
+        shared.fill::<A, M>(wi, wo);
         for (values, diffuse) in values.iter_mut().zip(material.diffuse) {
-            values.fill(diffuse);
+            *values = [diffuse; BLOCK];
         }
         for (lobe, masking) in material.lobes.iter().zip(maskings) {
             add_lobe::<A, M>(lobe, masking, &shared, &mut values);
         }
-        for (values, out) in values.iter().zip(out.0.iter_mut()) {
-            let lit = values.iter().zip(&shared.visible);
-            for ((value, visible), out) in lit.zip(&mut out[start..start + count]) {
-                *out = if *visible != 0 { *value } else { 0.0 };
-            }
+        for (values, out) in values.iter_mut().zip(out.0.iter_mut()) {
+            shared.clear_hidden(values);
+            out[start..start + count].copy_from_slice(&values[..count]);
         }
     }
+}
+
+/// The block at the start of `rest`, or `padded` where the rest is shorter.
+#[inline(always)]
+fn full<'a>(rest: &'a [f32], padded: &'a Lanes) -> &'a Lanes {
+    rest.first_chunk().unwrap_or(padded)
 }
 
 /// Adds a lobe to the colours of a block of pairs.
@@ -252,22 +316,11 @@ fn add_lobe<A: Arithmetic, M: BatchMasking>(
     values: &mut [Lanes; 3],
 ) {
     let mut shape = [0.0; BLOCK];
-    let ([place_i, rest_i], [place_o, rest_o]) = (&shared.masking_i, &shared.masking_o);
-    for i in 0..BLOCK {
-        shape[i] = masking.visibility::<A>([place_i[i], rest_i[i]], [place_o[i], rest_o[i]]);
+    masking.visibilities::<A>(&shared.masking_i, &shared.masking_o, &mut shape);
+    for (i, shape) in shape.iter_mut().enumerate() {
+        *shape *= lobe.ndf::<A>(shared.normal(i));
     }
-    for i in 0..BLOCK {
-        shape[i] *= lobe.ndf::<A>(shared.tan2_h[i]);
-    }
-    for (colour, values) in lobe.colours.iter().zip(values) {
-        if colour.specular == 0.0 {
-            continue;
-        }
-        for (i, value) in values.iter_mut().enumerate() {
-            let fresnel = FresnelAt { e: shared.e[i], e5: shared.e5[i] };
-            *value += specular::<A>(colour, fresnel, shape[i]);
-        }
-    }
+    lobe.add::<A>(shared, &shape, values);
 }
 
 /// Every factor for one pair, with the bits that [`eval`] gives.
@@ -285,7 +338,7 @@ pub fn pair<A: Arithmetic, M: BatchMasking>(
     let (mut terms, mut brdf) = (Terms::default(), material.diffuse);
     let mut sums = [0.0_f32; 3];
     for ((lobe, masking), slot) in material.lobes.iter().zip(maskings).zip(&mut terms.lobes) {
-        let ndf = lobe.ndf::<A>(shared.tan2_h);
+        let ndf = lobe.ndf::<A>(shared.normal);
         let shape = masking.visibility::<A>(shared.masking_i, shared.masking_o) * ndf;
         for (c, colour) in lobe.colours.iter().enumerate() {
             slot.fresnel[c] = colour.fresnel::<A>(shared.fresnel).into();
@@ -321,7 +374,7 @@ pub fn curves<A: Arithmetic, M: BatchMasking>(
         let at = FresnelAt::new(cos_theta);
         let fresnel = |c: usize| lobe.colours[c].fresnel::<A>(at).into();
         LobeCurves {
-            ndf: lobe.ndf::<A>(tan_theta * tan_theta).into(),
+            ndf: lobe.ndf::<A>(NormalAt::new(tan_theta * tan_theta)).into(),
             lambda: (1.0 / g1 - 1.0).into(),
             g1: g1.into(),
             fresnel: std::array::from_fn(fresnel),

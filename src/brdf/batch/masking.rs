@@ -1,5 +1,6 @@
 //! Masking in f32: the published fit in closed form, the exact one as a polynomial or a table.
 
+use crate::brdf::batch::kernel::{BLOCK, Lanes};
 use crate::math::arithmetic::{Arithmetic, Separate, atan2, exp_m1, ln_1p, max, min};
 use crate::microfacet::{
     Distribution as _, FittedMasking, G1Polynomial, Sgd, SingleG1Table, grazing_limit,
@@ -16,6 +17,19 @@ pub trait BatchMasking {
     fn g1<A: Arithmetic>(&self, place: Place) -> f32;
     /// (G1/cosθ)(wi) · (G1/cosθ)(wo).
     fn visibility<A: Arithmetic>(&self, wi: Place, wo: Place) -> f32;
+    /// The same for a block of pairs, with the same bits.
+    #[inline(always)]
+    fn visibilities<A: Arithmetic>(
+        &self,
+        [place_i, rest_i]: &[Lanes; 2],
+        [place_o, rest_o]: &[Lanes; 2],
+        visibilities: &mut Lanes,
+    ) {
+        for i in 0..BLOCK {
+            visibilities[i] =
+                self.visibility::<A>([place_i[i], rest_i[i]], [place_o[i], rest_o[i]]);
+        }
+    }
 }
 
 /// sinθ ≥ 0.
@@ -93,7 +107,7 @@ impl BatchMasking for SingleG1Table {
     }
 }
 
-/// Coefficients of the exact masking's polynomial, an even number.
+/// Coefficients of the exact masking's polynomial, at most; an even number.
 const ORDER: usize = 20;
 
 /// The exact masking as [`G1Polynomial`]: G1 = u P(u), u = c/(c + s), c = cosθ.
@@ -106,37 +120,37 @@ pub struct SingleG1Polynomial {
     scale: f32,
     /// The factor that takes u into [0, 2].
     stretch: f32,
-    /// Coefficients over [−1, 1].
+    /// Coefficients over [−1, 1], 0 from [`Self::order`] on.
     coefficients: [f32; ORDER],
+    order: usize,
 }
 
 impl SingleG1Polynomial {
     /// The relative error of G1 up to which the polynomial is used.
     pub const ACCURACY: f64 = 2e-6;
 
-    /// The polynomial of the scale that suits a distribution best; `None` where that does not
-    /// keep [`Self::ACCURACY`].
+    /// The shortest polynomial of a distribution; `None` where none keeps [`Self::ACCURACY`].
     #[must_use]
     pub fn new(exact: &Sgd) -> Option<Self> {
         /// s as multiples of lim cosθ/G1 at grazing.
-        const SCALES: [f64; 4] = [5.0, 4.0, 6.0, 8.0];
+        const SCALES: [f64; 5] = [3.0, 4.0, 5.0, 6.0, 8.0];
         /// Smaller scales would underflow in a product of two.
         const SMALLEST: f64 = 1e-15;
         let limit = grazing_limit(|cot| exact.g1(cot));
-        let at_scale = |factor: f64| {
-            let polynomial = Self::of_scale(exact, factor * limit);
-            (polynomial.error(exact), polynomial)
-        };
-        let tried = SCALES.map(at_scale).into_iter().filter(|_| limit > SMALLEST);
-        let (error, best) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (error <= Self::ACCURACY).then_some(best)
+        let tried = SCALES.map(|factor| Self::of_scale(exact, factor * limit)).into_iter();
+        let accurate =
+            tried.filter(|tried| limit > SMALLEST && tried.error(exact) <= Self::ACCURACY);
+        accurate.min_by_key(|accurate| accurate.order)
     }
 
     fn of_scale(exact: &Sgd, scale: f64) -> Self {
-        let polynomial = G1Polynomial::new::<ORDER>(|cot| exact.g1(cot), scale, 1.0, 0.0);
+        /// Together the dropped coefficients change G1 by less than this share.
+        const NEGLIGIBLE: f64 = 1e-6;
+        let polynomial = G1Polynomial::new::<ORDER>(|cot| exact.g1(cot), scale, 1.0, NEGLIGIBLE);
         Self {
             scale: scale as f32,
             stretch: polynomial.stretch as f32,
+            order: polynomial.coefficients.len(),
             coefficients: polynomial.single(),
         }
     }
@@ -151,20 +165,19 @@ impl SingleG1Polynomial {
             let single = cos as f32;
             let cos = f64::from(single);
             let expected = exact.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt());
-            let found = self.unclamped_g1::<Separate>(single);
-            (f64::from(found) / expected - 1.0).abs()
+            (f64::from(self.unclamped_g1::<Separate>(single)) / expected - 1.0).abs()
         };
         inside.chain([1e-6 * scale, 1e-3 * scale]).map(error).fold(0.0, f64::max)
     }
 
-    /// P(u) at t in [−1, 1].
+    /// P(u) by its first `N` coefficients, an even number.
     #[inline(always)]
-    fn ratio<A: Arithmetic>(&self, u: f32) -> f32 {
+    fn ratio<A: Arithmetic, const N: usize>(&self, u: f32) -> f32 {
         let t = A::mul_add(u, self.stretch, -1.0);
         // Even and odd powers apart: two short chains wait less than a long one.
         let t2 = t * t;
-        let [mut odd, mut even] = [self.coefficients[ORDER - 1], self.coefficients[ORDER - 2]];
-        for k in (0..ORDER / 2 - 1).rev() {
+        let [mut odd, mut even] = [self.coefficients[N - 1], self.coefficients[N - 2]];
+        for k in (0..N / 2 - 1).rev() {
             odd = A::mul_add(odd, t2, self.coefficients[2 * k + 1]);
             even = A::mul_add(even, t2, self.coefficients[2 * k]);
         }
@@ -174,7 +187,28 @@ impl SingleG1Polynomial {
     #[inline(always)]
     fn unclamped_g1<A: Arithmetic>(&self, cos: f32) -> f32 {
         let u = cos / (cos + self.scale);
-        u * self.ratio::<A>(u)
+        u * self.ratio::<A, ORDER>(u)
+    }
+
+    #[inline(always)]
+    fn visibility_of<A: Arithmetic, const N: usize>(&self, cos_i: f32, cos_o: f32) -> f32 {
+        let (length_i, length_o) = (cos_i + self.scale, cos_o + self.scale);
+        let inverse = 1.0 / (length_i * length_o);
+        let ratio_i = self.ratio::<A, N>(cos_i * length_o * inverse);
+        let ratio_o = self.ratio::<A, N>(cos_o * length_i * inverse);
+        ratio_i * ratio_o * inverse
+    }
+
+    #[inline(always)]
+    fn visibilities_of<A: Arithmetic, const N: usize>(
+        &self,
+        cos_i: &Lanes,
+        cos_o: &Lanes,
+        visibilities: &mut Lanes,
+    ) {
+        for i in 0..BLOCK {
+            visibilities[i] = self.visibility_of::<A, N>(cos_i[i], cos_o[i]);
+        }
     }
 }
 
@@ -192,11 +226,22 @@ impl BatchMasking for SingleG1Polynomial {
 
     #[inline(always)]
     fn visibility<A: Arithmetic>(&self, [cos_i, _]: Place, [cos_o, _]: Place) -> f32 {
-        let (length_i, length_o) = (cos_i + self.scale, cos_o + self.scale);
-        let inverse = 1.0 / (length_i * length_o);
-        let ratio_i = self.ratio::<A>(cos_i * length_o * inverse);
-        let ratio_o = self.ratio::<A>(cos_o * length_i * inverse);
-        ratio_i * ratio_o * inverse
+        self.visibility_of::<A, ORDER>(cos_i, cos_o)
+    }
+
+    /// Leading coefficients of 0 leave the bits alone.
+    #[inline(always)]
+    fn visibilities<A: Arithmetic>(
+        &self,
+        [cos_i, _]: &[Lanes; 2],
+        [cos_o, _]: &[Lanes; 2],
+        visibilities: &mut Lanes,
+    ) {
+        match self.order {
+            0..=14 => self.visibilities_of::<A, 14>(cos_i, cos_o, visibilities),
+            15..=16 => self.visibilities_of::<A, 16>(cos_i, cos_o, visibilities),
+            _ => self.visibilities_of::<A, ORDER>(cos_i, cos_o, visibilities),
+        }
     }
 }
 
@@ -232,12 +277,13 @@ mod tests {
 
     #[test]
     fn every_published_lobe_is_a_polynomial() {
-        let mut worst: f64 = 0.0;
+        let (mut worst, mut orders) = (0.0_f64, [0; ORDER + 1]);
         for channel in catalog().iter().flat_map(|entry| entry.channels) {
             let exact = Sgd::new(channel.alpha, channel.p, Accuracy::Table).tabulated();
             let polynomial = SingleG1Polynomial::new(&exact).expect("within the accuracy");
+            orders[polynomial.order] += 1;
             worst = worst.max(polynomial.error(&exact));
         }
-        println!("largest relative error of G1: {worst:.2e}");
+        println!("largest relative error of G1 {worst:.2e}, lobes of each order {orders:?}");
     }
 }

@@ -46,6 +46,15 @@ pub struct LengthMismatch {
     pub found: usize,
 }
 
+/// Checks that all lengths are the first one.
+fn same_length(mut lengths: impl Iterator<Item = usize>) -> Result<(), LengthMismatch> {
+    let expected = lengths.next().unwrap_or(0);
+    match lengths.find(|length| *length != expected) {
+        Some(found) => Err(LengthMismatch { expected, found }),
+        None => Ok(()),
+    }
+}
+
 /// A material's reflectance in f32.
 ///
 /// The absolute error against f64 is at most 1e-5·|f| + 1e-6·(largest f of the same wo) for the
@@ -111,12 +120,8 @@ impl SgdBatch {
     ///
     /// The slices differ in length; nothing is written.
     pub fn eval(&self, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> Result<(), LengthMismatch> {
-        let expected = pairs.wi[0].len();
         let inputs = pairs.wi.iter().chain(&pairs.wo).map(|slice| slice.len());
-        let mut lengths = inputs.chain(out.0.iter().map(|slice| slice.len()));
-        if let Some(found) = lengths.find(|length| *length != expected) {
-            return Err(LengthMismatch { expected, found });
-        }
+        same_length(inputs.chain(out.0.iter().map(|slice| slice.len())))?;
         dispatch::eval(self.set, self, pairs, out);
         Ok(())
     }
