@@ -11,7 +11,7 @@ use crate::cli::selection::{Chosen, MaterialParser, chosen};
 use sgdbake::asset::{Asset, EXTENSION, Subject, build_with_progress};
 use sgdbake::encode::Format;
 use sgdbake::lut::{Depths, Extent, Request};
-use sgdbake::material::{Edition, SUFFIX, find, refit_of};
+use sgdbake::material::{Edition, SUFFIX};
 use sgdbake::measurement::Filled;
 use sgdbake::report::distance::Reference;
 use sgdbake::report::measured_table::MeasuredTable;
@@ -100,16 +100,15 @@ impl Arguments {
     }
 }
 
-/// The catalogue's editions of a material, where it is one of the catalogue; else itself.
+/// Both editions of a material of the catalogue; else the material itself.
 pub fn editions(chosen: Chosen) -> Vec<Chosen> {
-    let name = &chosen.material.name;
-    let name = name.strip_suffix(SUFFIX).unwrap_or(name);
-    let (Ok(published), Some(refit)) = (find(name), refit_of(name)) else { return vec![chosen] };
-    let both = [&published.material, &refit.material];
-    if !both.contains(&&chosen.material) {
+    if Edition::of(&chosen.material).is_none() {
         return vec![chosen];
     }
-    both.map(|material| material.clone().into()).into()
+    let both = [Edition::Published, Edition::Refit].into_iter();
+    both.filter_map(|edition| edition.material(&chosen.material.name))
+        .map(|material| material.clone().into())
+        .collect()
 }
 
 /// The page of balls in these materials, each once.
