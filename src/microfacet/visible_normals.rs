@@ -103,7 +103,7 @@ fn masking_slope(a: f64, u: f64) -> f64 {
         let excess = d * (2.0 * a + d) - (q_s / q_a).ln() - e;
         let step = excess * q_s / (2.0 * d);
         // Where rounding is all that is left of the excess; not a number at d = 0.
-        if !(step > ENOUGH * d) {
+        if step.is_nan() || step <= ENOUGH * d {
             break;
         }
         d -= step;

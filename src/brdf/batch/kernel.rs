@@ -253,11 +253,11 @@ fn add_lobe<A: Arithmetic, M: BatchMasking>(
 ) {
     let mut shape = [0.0; BLOCK];
     let ([place_i, rest_i], [place_o, rest_o]) = (&shared.masking_i, &shared.masking_o);
-    for i in 0..BLOCK {
-        shape[i] = masking.visibility::<A>([place_i[i], rest_i[i]], [place_o[i], rest_o[i]]);
+    for (i, shape) in shape.iter_mut().enumerate() {
+        *shape = masking.visibility::<A>([place_i[i], rest_i[i]], [place_o[i], rest_o[i]]);
     }
-    for i in 0..BLOCK {
-        shape[i] *= lobe.ndf::<A>(shared.tan2_h[i]);
+    for (shape, tan2_h) in shape.iter_mut().zip(&shared.tan2_h) {
+        *shape *= lobe.ndf::<A>(*tan2_h);
     }
     for (colour, values) in lobe.colours.iter().zip(values) {
         if colour.specular == 0.0 {
