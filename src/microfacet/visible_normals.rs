@@ -102,11 +102,14 @@ fn masking_slope(a: f64, u: f64) -> f64 {
         let q_s = q(a + d);
         let excess = d * (2.0 * a + d) - (q_s / q_a).ln() - e;
         let step = excess * q_s / (2.0 * d);
-        // Where rounding is all that is left of the excess; not a number at d = 0.
-        if step.is_nan() || step <= ENOUGH * d {
+        // Rounding may be all that is left of the excess; it is not a number at d = 0.
+        if step.is_nan() || step <= 0.0 {
             break;
         }
         d -= step;
+        if step <= ENOUGH * d {
+            break;
+        }
     }
     a + d.max(0.0)
 }
