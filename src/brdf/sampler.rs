@@ -275,9 +275,9 @@ impl Towards<'_> {
             let ndf = own_ndf(lobe, tan2_h);
             pdf += towards.density * normals.ndf(tan2_h, || ndf);
             let shape = FRAC_1_PI * ndf * (at_i.v(lobe) * at_o.v(lobe));
-            for c in 0..3 {
-                if lobe.rho_s[c] != 0.0 {
-                    f[c] += lobe.rho_s[c] * lobe.fresnel[c].eval(cos_d) * shape;
+            for ((f, rho_s), fresnel) in f.iter_mut().zip(lobe.rho_s).zip(&lobe.fresnel) {
+                if rho_s != 0.0 {
+                    *f += rho_s * fresnel.eval(cos_d) * shape;
                 }
             }
         }
