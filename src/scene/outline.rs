@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
+use serde_json::value::RawValue;
 
 use crate::scene::SceneError;
 
@@ -85,8 +86,22 @@ pub(super) struct Material {
     pub name: Option<String>,
     #[serde(default)]
     pub extensions: MaterialExtensions,
-    #[serde(default)]
-    pub extras: Value,
+    /// As text: another tool's may nest deeper than values are read.
+    pub extras: Option<Box<RawValue>>,
+}
+
+/// The member of extras that holds the parameters.
+#[derive(Debug, Deserialize)]
+struct MaterialExtras {
+    sgd: Option<Box<RawValue>>,
+}
+
+impl Material {
+    /// `extras.sgd`; null where it nests deeper than values are read.
+    pub fn sgd_extras(&self) -> Option<Value> {
+        let extras: MaterialExtras = serde_json::from_str(self.extras.as_deref()?.get()).ok()?;
+        Some(serde_json::from_str(extras.sgd?.get()).unwrap_or_default())
+    }
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -16,17 +16,14 @@ impl Scene {
     /// [`SceneError::Extras`] for the first that cannot be read.
     pub fn extras(&self) -> Result<Vec<(usize, Extras)>, SceneError> {
         let materials = self.outline.materials.iter().enumerate();
-        let read = |(index, body): (usize, &Value)| match Extras::read(body) {
+        let read = |(index, body): (usize, Value)| match Extras::read(&body) {
             Ok(extras) => Ok((index, extras)),
             Err(source) => {
                 let name = self.outline.materials[index].name.clone().unwrap_or_default();
                 Err(SceneError::Extras { index, name, source })
             }
         };
-        materials
-            .filter_map(|(i, material)| Some((i, material.extras.get("sgd")?)))
-            .map(read)
-            .collect()
+        materials.filter_map(|(i, material)| Some((i, material.sgd_extras()?))).map(read).collect()
     }
 
     /// The files of the scene with the extension of each asset in its material, and with the
