@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Mcg;
 use sgdbake::brdf::batch::{InstructionSet, Pairs, RgbMut, SgdBatch};
 use sgdbake::brdf::sampler::{Sampler, Strategy, published_sample};
 use sgdbake::brdf::{MaskingKind, SgdBrdf};
-use sgdbake::material::{LobeFields, LobeParams, Material, find};
+use sgdbake::material::{LobeFields, LobeParams, Material, find, named};
 use sgdbake::math::direction::{cot_theta, from_cos_sin};
 use sgdbake::microfacet::{Accuracy, BeckmannMixture, Distribution as _};
 
@@ -111,6 +111,13 @@ fn batch_fitted_one_lobe(bencher: Bencher<'_, '_>, set: &InstructionSet) {
 #[divan::bench(args = InstructionSet::available())]
 fn batch_exact_one_lobe(bencher: Bencher<'_, '_>, set: &InstructionSet) {
     batch(bencher, &one_lobe(), MaskingKind::Exact, *set);
+}
+
+/// Two lobes that colour all channels, as most refitted materials have.
+#[divan::bench(args = InstructionSet::available())]
+fn batch_exact_two_lobes(bencher: Bencher<'_, '_>, set: &InstructionSet) {
+    let refit = named("gold-paint@refit").expect("in the catalogue");
+    batch(bencher, refit, MaskingKind::Exact, *set);
 }
 
 #[divan::bench]

@@ -107,6 +107,9 @@ impl LobeConstants {
         shape: &Lanes,
         values: &mut [Lanes; 3],
     ) {
+        if self.colours.iter().all(|colour| colour.specular != 0.0) {
+            return self.add_to_all::<A>(shared, shape, values);
+        }
         for (colour, values) in self.colours.iter().zip(values) {
             if colour.specular == 0.0 {
                 continue;
@@ -114,6 +117,23 @@ impl LobeConstants {
             for (i, value) in values.iter_mut().enumerate() {
                 *value += specular::<A>(colour, shared.fresnel(i), shape[i]);
             }
+        }
+    }
+
+    /// As [`Self::add`], one loop for all colours: what they share is loaded once.
+    #[inline(always)]
+    fn add_to_all<A: Arithmetic>(
+        &self,
+        shared: &SharedBlock,
+        shape: &Lanes,
+        [r, g, b]: &mut [Lanes; 3],
+    ) {
+        let [of_r, of_g, of_b] = &self.colours;
+        for i in 0..BLOCK {
+            let (fresnel, shape) = (shared.fresnel(i), shape[i]);
+            r[i] += specular::<A>(of_r, fresnel, shape);
+            g[i] += specular::<A>(of_g, fresnel, shape);
+            b[i] += specular::<A>(of_b, fresnel, shape);
         }
     }
 }
@@ -249,11 +269,11 @@ impl SharedBlock {
         NormalAt { x: self.x[i], spread: self.spread[i] }
     }
 
-    /// 0 where a direction is not above the horizon.
+    /// The values of the first pairs, 0 where a direction is not above the horizon.
     #[inline(always)]
-    pub(super) fn clear_hidden(&self, values: &mut Lanes) {
-        for (value, visible) in values.iter_mut().zip(&self.visible) {
-            *value = if *visible != 0 { *value } else { 0.0 };
+    pub(super) fn seen(&self, values: &Lanes, out: &mut [f32]) {
+        for ((out, value), visible) in out.iter_mut().zip(values).zip(&self.visible) {
+            *out = if *visible != 0 { *value } else { 0.0 };
         }
     }
 
@@ -294,9 +314,8 @@ pub fn eval<A: Arithmetic, M: BatchMasking>(
         for (lobe, masking) in material.lobes.iter().zip(maskings) {
             add_lobe::<A, M>(lobe, masking, &shared, &mut values);
         }
-        for (values, out) in values.iter_mut().zip(out.0.iter_mut()) {
-            shared.clear_hidden(values);
-            out[start..start + count].copy_from_slice(&values[..count]);
+        for (values, out) in values.iter().zip(out.0.iter_mut()) {
+            shared.seen(values, &mut out[start..start + count]);
         }
     }
 }
