@@ -13,6 +13,7 @@ use exr::prelude::*;
 use crate::encode::entry::TextureEntry;
 use crate::encode::format::Format;
 use crate::encode::{GENERATOR, KEY};
+use crate::lut::range::WIDTHS;
 use crate::lut::{Table, Texels};
 
 /// Encodes a table as OpenEXR; `None` for 16-bit integer texels.
@@ -78,6 +79,10 @@ fn written<S: IntoSample>(
 /// The header, or a block of texels that it claims, cannot be read.
 pub fn entry(bytes: &[u8]) -> Result<Option<String>> {
     let reader = Reader::read_from_buffered(Cursor::new(bytes), false)?;
+    // The reader allocates as many scanlines at once as a header claims to be in a block.
+    if reader.headers().iter().any(|header| header.layer_size.width() > *WIDTHS.end()) {
+        return Err(Error::Invalid("wider than any lookup texture".into()));
+    }
     let attributes = reader.headers().iter().flat_map(|header| {
         header.own_attributes.other.iter().chain(&header.shared_attributes.other)
     });
@@ -88,4 +93,32 @@ pub fn entry(bytes: &[u8]) -> Result<Option<String>> {
     let entry = entries.next();
     reader.all_chunks(false)?.try_for_each(|chunk| chunk.map(drop))?;
     Ok(entry)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::MaskingKind;
+    use crate::lut::{Depth, Depths, Extent, Quantity, Request, bake};
+    use crate::material::named;
+
+    #[test]
+    fn a_width_that_no_texture_has_is_refused_before_a_block_is_read() {
+        let request = Request {
+            quantities: vec![Quantity::Ndf],
+            extent: Extent::Size(16),
+            depths: Depths::Only(Depth::Half),
+            masking: MaskingKind::Exact,
+        };
+        let material = named("gold-paint").expect("in the catalogue");
+        let table = bake(&[material], &request).expect("bakes").tables.remove(0);
+        let mut bytes = encode(&table).expect("half floats");
+        assert!(entry(&bytes).expect("whole").is_some());
+        let window = b"dataWindow\0box2i\0";
+        let found = bytes.windows(window.len()).position(|bytes| bytes == window);
+        let right = found.expect("in every header") + window.len() + 4 + 8;
+        bytes[right..right + 4].copy_from_slice(&(1_i32 << 27).to_le_bytes());
+        let error = entry(&bytes).expect_err("refused").to_string();
+        assert!(error.contains("wider than any"), "{error}");
+    }
 }
