@@ -35,9 +35,9 @@ scripts/test-engines.sh
 step "three.js: the exact material in headless Chromium"
 scripts/test-web.sh
 
-step "Tools that people pass glTF through: what they keep, and what restore brings back"
-scripts/test-pipelines.sh
-
 step "Blender: the oldest and the newest version; scripts/test-blender.sh alone takes all five"
 scripts/setup-blender.sh 42 52
 scripts/test-blender.sh 42 52
+
+step "Tools that people pass glTF through: what they keep, and what restore brings back"
+scripts/test-pipelines.sh

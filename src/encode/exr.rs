@@ -94,31 +94,3 @@ pub fn entry(bytes: &[u8]) -> Result<Option<String>> {
     reader.all_chunks(false)?.try_for_each(|chunk| chunk.map(drop))?;
     Ok(entry)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::brdf::MaskingKind;
-    use crate::lut::{Depth, Depths, Extent, Quantity, Request, bake};
-    use crate::material::named;
-
-    #[test]
-    fn a_width_that_no_texture_has_is_refused_before_a_block_is_read() {
-        let request = Request {
-            quantities: vec![Quantity::Ndf],
-            extent: Extent::Size(16),
-            depths: Depths::Only(Depth::Half),
-            masking: MaskingKind::Exact,
-        };
-        let material = named("gold-paint").expect("in the catalogue");
-        let table = bake(&[material], &request).expect("bakes").tables.remove(0);
-        let mut bytes = encode(&table).expect("half floats");
-        assert!(entry(&bytes).expect("whole").is_some());
-        let window = b"dataWindow\0box2i\0";
-        let found = bytes.windows(window.len()).position(|bytes| bytes == window);
-        let right = found.expect("in every header") + window.len() + 4 + 8;
-        bytes[right..right + 4].copy_from_slice(&(1_i32 << 27).to_le_bytes());
-        let error = entry(&bytes).expect_err("refused").to_string();
-        assert!(error.contains("wider than any"), "{error}");
-    }
-}
