@@ -24,7 +24,7 @@ pub struct MeasuredMixture {
     pub mixture: SharedMixture,
     /// Diffuse albedo ρd per colour.
     pub diffuse: [f64; 3],
-    /// F of each lobe, per colour; it is ≥ 0 and holds the lobe's scale.
+    /// F of each lobe, per colour, with the lobe's scale; a fitted one is ≥ 0.
     pub fresnel: Vec<[Fresnel; 3]>,
 }
 
@@ -37,14 +37,14 @@ const DIFFUSE: usize = 3;
 const FRESNEL: usize = 9;
 
 impl MeasuredMixture {
-    /// The mixture in place of the distributions of `material`, whose Fresnel terms below 0 become 0.
+    /// The mixture in place of the distributions of `material`.
     #[must_use]
     pub fn of_material(material: &Material, mixture: SharedMixture) -> Self {
         let fresnel = |lobe: &crate::material::LobeParams| {
             std::array::from_fn(|c| {
                 let scale = FRAC_1_PI * lobe.rho_s()[c];
-                let [f0, facing] = [lobe.f0()[c], lobe.f0()[c] - lobe.f1()[c]].map(|f| f.max(0.0));
-                curve([scale * f0, scale, scale * facing])
+                let facing = lobe.f0()[c] - lobe.f1()[c];
+                curve([scale * lobe.f0()[c], scale, scale * facing])
             })
         };
         let fresnel = material.lobes().iter().map(fresnel).collect();
@@ -66,13 +66,17 @@ impl MeasuredMixture {
 }
 
 /// The nearest mixture to a measurement that a descent from `start` reaches: widths, weights,
-/// diffuse colour and Fresnel terms at once.
+/// diffuse colour and Fresnel terms at once. `start` itself where that is nearer: its Fresnel terms
+/// may be below 0, those of a fit are not.
 #[must_use]
 pub fn fit(target: &MeasuredTarget, start: &MeasuredMixture) -> MeasuredMixture {
     let form = Form { components: start.mixture.alpha.len(), lobes: start.fresnel.len() };
     let bounds = form.bounds(&start.mixture.alpha);
     let equations = |x: &DVector<f64>| form.equations(target, x, &bounds);
-    form.mixture(&further(equations, &form.unknowns(start), &bounds, TOLERANCE).x)
+    let given = form.unknowns(start);
+    let inside = given.sup(&bounds.lower).inf(&bounds.upper);
+    let best = further(equations, &inside, &bounds, TOLERANCE);
+    if best.squares < equations(&given).squares { form.mixture(&best.x) } else { start.clone() }
 }
 
 /// F = f0·(1 − u − cosθd) + f90·u + F(0°)·cosθd, u = (1−cosθd)⁵: three shares ≥ 0 make it ≥ 0.
