@@ -256,4 +256,17 @@ mod tests {
             }
         }
     }
+
+    /// A fit's Fresnel terms are ≥ 0, so it cannot follow one that is not.
+    #[test]
+    fn a_start_that_is_nearer_is_kept() {
+        let material = &find("gold-paint").expect("in the catalogue").material;
+        let mut start = MeasuredMixture::of_material(material, for_picture(material));
+        for fresnel in start.fresnel.iter_mut().flatten() {
+            *fresnel = curve([0.02, 0.2, -0.02]);
+        }
+        start.diffuse = [0.5; 3];
+        let target = MeasuredTarget::of(&start.brdf()).expect("measured everywhere").thinned(8);
+        assert_eq!(fit(&target, &start), start);
+    }
 }

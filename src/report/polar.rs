@@ -14,7 +14,8 @@ pub struct Lobe {
     pub points: Vec<[f64; 2]>,
 }
 
-/// A half circle with lobes, the longest radius on its edge; points farther out stand there too.
+/// A half circle with lobes. Its radius is the longest of theirs; points farther out are drawn on its
+/// edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polar {
     /// Title.
