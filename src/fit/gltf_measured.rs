@@ -95,7 +95,8 @@ fn material(x: &DVector<f64>) -> GltfBrdf {
 
 /// Metallic, roughness, F0 and coat roughness of the starts: dielectrics, bright ones, metals and
 /// mixtures, with a coat sharper or wider than the base.
-const STARTS: [[f64; 4]; 10] = [
+const STARTS: [[f64; 4]; 13] = [
+    [0.02, 0.15, 0.1, 0.8],
     [0.02, 0.2, 0.04, 0.5],
     [0.02, 0.35, 0.04, 0.1],
     [0.02, 0.6, 0.04, 0.2],
@@ -104,6 +105,8 @@ const STARTS: [[f64; 4]; 10] = [
     [0.9, 0.2, 0.04, 0.5],
     [0.9, 0.35, 0.04, 0.1],
     [0.9, 0.6, 0.04, 0.2],
+    [0.1, 0.09, 0.03, 0.5],
+    [0.5, 0.2, 0.04, 0.5],
     [0.5, 0.5, 0.04, 0.15],
     [0.5, 0.8, 0.2, 0.1],
 ];
