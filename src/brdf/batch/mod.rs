@@ -8,13 +8,14 @@
 pub mod albedo;
 pub mod masking;
 
+mod constants;
 mod kernel;
 
 use glam::Vec3;
 
 use crate::brdf::albedo::FresnelMoments;
 use crate::brdf::batch::albedo::AlbedoBatch;
-use crate::brdf::batch::kernel::Constants;
+use crate::brdf::batch::constants::Constants;
 use crate::brdf::batch::masking::{BatchMaskings, FittedG1};
 use crate::brdf::{LobeCurves, MaskingKind, Terms};
 use crate::material::Material;
