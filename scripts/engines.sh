@@ -9,8 +9,9 @@
 # The catalogue's pictures stay in $PICTURES (target/engines), and only materials whose numbers changed are drawn again:
 # delete the folder after a change of an engine or of a page.
 # FOLDER keeps the pictures of other lists.
-# SGDBAKE_BIN names the binary, MEASURED the folder of networks, ENVIRONMENT an .hdr panorama, under which three.js,
-# Babylon.js and Blender draw every fourth material (none: suns only), ENGINES a choice of the engines.
+# SGDBAKE_BIN names the binary, MEASURED the folder of networks, ENVIRONMENT an .hdr panorama, under which all but
+# Filament draw too (none: suns only), ENGINES a choice of the engines. The networks as MERL files, to which
+# pictures under the panorama are compared, take 3.6 GB in $PICTURES/measurements.
 set -euo pipefail
 root="$(cd "$(dirname "$0")/.." && pwd)"
 here="$root/tests/engines"
@@ -48,17 +49,16 @@ fi
 if [ $# -gt 0 ]; then
   folder="$1"; shift
   lists=("$@")
-  keep=() output=() bright=("${lists[@]}")
+  keep=() output=()
 else
   folder="${PICTURES:-$root/target/engines}"
   lists=("$scratch/published.json" "$scratch/refit.json")
   "$python" "$here/materials.py" --check "$binary" >"${lists[0]}"
   "$python" "$here/materials.py" --check "$binary" --refit >"${lists[1]}"
-  mkdir "$scratch/fourth"
-  bright=("$scratch/fourth/published.json" "$scratch/fourth/refit.json")
-  "$python" "$here/materials.py" --every 4 >"${bright[0]}"
-  "$python" "$here/materials.py" --every 4 --refit >"${bright[1]}"
-  [ ${#only[@]} -eq 0 ] || lists=("${bright[@]}")
+  if [ -n "$panorama" ] && [ -d "$measured" ] && [ ! -d "$folder/measurements" ]; then
+    (cd "$root" && cargo run --release --quiet --example networks_to_measurements -- "$folder/measurements.tmp" >/dev/null)
+    mv "$folder/measurements.tmp" "$folder/measurements"
+  fi
   keep=(--keep) output=(-o "$root/docs/engines.md")
 fi
 
@@ -68,8 +68,8 @@ for engine in $engines; do
   done
   samples=()
   [ "$engine" != blender ] || samples=(--samples 512)
-  case "$engine" in filament | khronos) continue ;; esac # the first reads no .hdr, the second filters it too slowly
-  [ -z "$panorama" ] || for list in "${bright[@]}"; do
+  [ "$engine" != filament ] || continue # it reads no .hdr
+  [ -z "$panorama" ] || for list in "${lists[@]}"; do
     draw "$engine" "$list" "$folder/$(basename "$list" .json)/environment" --size 72 --suns "" --environment "$panorama" "${keep[@]}" "${samples[@]}"
   done
 done
