@@ -70,7 +70,9 @@ pub struct MeasuredTarget {
 
 /// Nothing was measured at any pair that a fit looks at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("nothing to fit: the measurement has no valid value between elevations of 14° and 90°")]
+#[error(
+    "nothing to fit: the measurement has no valid value at any pair of directions that a fit looks at"
+)]
 pub struct NothingMeasured;
 
 /// Suns that light the ball, in degrees from the viewer. None is within 2° of the suns by which fits
