@@ -13,8 +13,8 @@ use crate::cli::selection::{Chosen, Subjects};
 use crate::cli::view::{balls, editions};
 use sgdbake::material::Material;
 use sgdbake::preview::Environment;
-use sgdbake::report::sheet::{Page, measured_page, page};
-use sgdbake::report::sheet_page::index;
+use sgdbake::report::sheet::Sheet;
+use sgdbake::report::sheet_page::{Page, index};
 use sgdbake::report::view;
 
 /// Writes the sheet of each material: parameters, pictures of the material and of its best fits
@@ -77,7 +77,7 @@ fn write(
         arguments.writing.write_all(&[file], &[])
     };
     let finished = |(material, file): (&Material, &String)| {
-        let page = page(material, &environment).map_err(Failure::job)?;
+        let page = Page::of(&Sheet::new(material, &environment)).map_err(Failure::job)?;
         write(file, &page.html)?;
         bar.inc(1);
         Ok(page)
@@ -91,8 +91,8 @@ fn write(
     for (path, file) in arguments.subjects.measured.iter().zip(of_measurements) {
         let (measurement, surface, fit) = measured::surface_and_fit(path)?;
         let measured = measurement.averaged();
-        let page = measured_page(&fit.material, &measured, &surface, &environment);
-        let page = page.map_err(Failure::job)?;
+        let sheet = Sheet::of_measurement(&fit.material, &measured, &surface, &environment);
+        let page = Page::of(&sheet).map_err(Failure::job)?;
         write(file, &page.html)?;
         bar.inc(1);
         pages.push(page);
