@@ -7,15 +7,13 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::cli::assignment::{Assigned, AssignmentArguments};
-use crate::cli::evaluator::MaskingChoice;
 use crate::cli::failure::Failure;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::ownership::is_ours;
-use crate::cli::selection::{Chosen, ExtentArguments, note_far_fits};
+use crate::cli::selection::{Chosen, TextureArguments, note_far_fits};
 use crate::cli::terminal::name;
 use sgdbake::asset::{Subject, build_with_progress};
 use sgdbake::encode::Format;
-use sgdbake::lut::{Depths, Quantity, Request};
 use sgdbake::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
 
 /// Puts measured materials into the slots of a scene. Everything that is not an assigned material
@@ -41,11 +39,8 @@ pub struct Arguments {
     /// Take out the images that only replaced materials showed
     #[arg(long)]
     prune: bool,
-    /// The masking function to store
-    #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
     #[command(flatten)]
-    extent: ExtentArguments,
+    textures: TextureArguments,
     #[command(flatten)]
     writing: Writing,
     /// Machine-readable report
@@ -105,15 +100,10 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let scene = open(arguments, output)?;
     let slots = scene.slots();
     let assigned = arguments.assignments.assigned(&slots, output)?;
-    let request = Request {
-        quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
-        masking: arguments.masking.into(),
-        extent: arguments.extent.into(),
-        depths: Depths::Smallest,
-    };
     note_far_fits(assigned.materials.iter().map(|chosen| &chosen.material), output);
     let subjects: Vec<Subject<'_>> = assigned.materials.iter().map(Chosen::subject).collect();
-    let assets = build_with_progress(&subjects, &request, Format::Exr, &|| ())?.assets;
+    let assets =
+        build_with_progress(&subjects, &arguments.textures.into(), Format::Exr, &|| ())?.assets;
     let pairs = slots.iter().zip(&assigned.by_slot);
     let replaced: Vec<_> = pairs.filter_map(|(slot, m)| Some((slot.id, &assets[(*m)?]))).collect();
     let scene = if arguments.prune { scene.pruned(&replaced)? } else { scene };

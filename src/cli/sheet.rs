@@ -46,9 +46,8 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let names: Vec<String> =
         materials.iter().map(|material| material.name.clone()).chain(measured).collect();
     let files = file_names(names.iter().map(String::as_str), ["", ".html"], &[INDEX, view::FILE]);
-    let path = |file: &str| arguments.output.join(file);
     let names = files.iter().map(String::as_str).chain([view::FILE, INDEX]);
-    let paths: Vec<PathBuf> = names.map(path).collect();
+    let paths: Vec<PathBuf> = names.map(|file| arguments.output.join(file)).collect();
     let inputs: Vec<&Path> =
         arguments.subjects.inputs().chain(arguments.environment.as_deref()).collect();
     arguments.writing.check(paths.iter().map(PathBuf::as_path), &inputs)?;
@@ -72,19 +71,14 @@ fn write(
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
     let bar = output.progress(files.len() as u64, "sheets");
-    let write = |file: &str, html: &str| {
-        let file = NewFile::of_bytes(arguments.output.join(file), html);
-        arguments.writing.write_all(&[file], &[])
-    };
-    let finished = |(material, file): (&Material, &String)| {
+    let (of_materials, of_measurements) = files.split_at(materials.len());
+    let pages = materials.par_iter().zip(of_materials).map(|(material, file)| {
         let page = Page::of(&Sheet::new(material, &environment)).map_err(Failure::job)?;
-        write(file, &page.html)?;
+        arguments.write_page(file, &page.html)?;
         bar.inc(1);
         Ok(page)
-    };
-    let (of_materials, of_measurements) = files.split_at(materials.len());
-    let mut pages: Vec<Page> =
-        materials.par_iter().zip(of_materials).map(finished).collect::<Result<_, Failure>>()?;
+    });
+    let mut pages: Vec<Page> = pages.collect::<Result<_, Failure>>()?;
     let mut shown: Vec<Chosen> =
         materials.iter().flat_map(|material| editions(material.clone().into())).collect();
     // One after the other: each may take as much memory as two of its files.
@@ -93,7 +87,7 @@ fn write(
         let measured = measurement.averaged();
         let sheet = Sheet::of_measurement(&fit.material, &measured, &surface, &environment);
         let page = Page::of(&sheet).map_err(Failure::job)?;
-        write(file, &page.html)?;
+        arguments.write_page(file, &page.html)?;
         bar.inc(1);
         pages.push(page);
         shown.push(Chosen::fitted(path, &surface, fit));
@@ -102,5 +96,12 @@ fn write(
     let view = balls(&shown, None)?;
     let file = NewFile::new(arguments.output.join(view::FILE), |file| view.write_to(file));
     arguments.writing.write_all(&[file], &[])?;
-    write(INDEX, &index(files.iter().map(String::as_str).zip(&pages)))
+    arguments.write_page(INDEX, &index(files.iter().map(String::as_str).zip(&pages)))
+}
+
+impl Arguments {
+    fn write_page(&self, file: &str, html: &str) -> Result<(), Failure> {
+        let file = NewFile::of_bytes(self.output.join(file), html);
+        self.writing.write_all(&[file], &[])
+    }
 }
