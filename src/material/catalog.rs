@@ -85,8 +85,9 @@ impl Edition {
     /// The edition that holds this very material.
     #[must_use]
     pub fn of(material: &Material) -> Option<Self> {
-        let holds = |edition: &Self| edition.material(&material.name) == Some(material);
-        [Self::Published, Self::Refit].into_iter().find(holds)
+        [Self::Published, Self::Refit]
+            .into_iter()
+            .find(|edition| edition.material(&material.name) == Some(material))
     }
 
     /// The other one.

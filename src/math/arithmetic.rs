@@ -172,8 +172,13 @@ pub fn sin_cos_turns<A: Arithmetic>(x: f32) -> (f32, f32) {
         polynomial::<A, 5>(f2, [1.0, -1.233_700_5, 0.253_669_2, -0.020_860_07, 0.000_903_628]);
     let swap = quadrant & 1 != 0;
     let (s, c) = if swap { (cos, sin) } else { (sin, cos) };
-    let sign = |negative: u32, value: f32| f32::from_bits(value.to_bits() ^ (negative << 31));
-    (sign(quadrant >> 1 & 1, s), sign((quadrant + 1) >> 1 & 1, c))
+    (signed(quadrant >> 1 & 1, s), signed((quadrant + 1) >> 1 & 1, c))
+}
+
+/// −value where `negative` is 1, value where it is 0.
+#[inline(always)]
+fn signed(negative: u32, value: f32) -> f32 {
+    f32::from_bits(value.to_bits() ^ (negative << 31))
 }
 
 #[cfg(test)]
