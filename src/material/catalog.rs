@@ -3,7 +3,8 @@
 use std::sync::LazyLock;
 
 use crate::material::embedded::numbers;
-use crate::material::parameters::{ChannelParams, MaskingParams, Material};
+use crate::material::lobe::MaskingParams;
+use crate::material::parameters::{ChannelParams, Material};
 use crate::material::refit::{SUFFIX, refit, refit_of};
 
 /// The table as published, one line per material and channel, rows r, g, b.

@@ -34,10 +34,8 @@ use std::path::Path;
 use toml::de::DeTable;
 
 use crate::material::file_error::{Located, MaterialFileError, Problem};
-use crate::material::parameters::{
-    Channel, ChannelParams, LobeFields, LobeParams, MAX_LOBES, MaskingParams, Material,
-    MaterialError,
-};
+use crate::material::lobe::{LobeFields, LobeParams, MAX_LOBES, MaskingParams};
+use crate::material::parameters::{Channel, ChannelParams, Material, MaterialError};
 use crate::material::section::{MASKING, Section};
 
 /// The largest material file that is read; a real one has under 1 KiB.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::asset::{Asset, EXTENSION, Extras};
-use crate::scene::{Export, Scene, SceneError, export::Job, fingerprint, material};
+use crate::scene::{Export, Scene, SceneError, fingerprint, material};
 
 impl Scene {
     /// The parameters in the extras of each material that has them, by material index.
@@ -35,7 +35,7 @@ impl Scene {
         assets: &[(usize, &Asset)],
         target: &Path,
     ) -> Result<Export, SceneError> {
-        let mut job = Job::new(self, target, &assets.iter().map(|(index, _)| *index).collect())?;
+        let mut job = self.job(target, &assets.iter().map(|(index, _)| *index).collect())?;
         // One mark is enough.
         let mut mark = Some(fingerprint::PLACEHOLDER.to_owned());
         for (index, asset) in assets {

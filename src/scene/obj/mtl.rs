@@ -8,7 +8,7 @@ use tobj::Material;
 use crate::scene::{
     SceneError,
     build::Parts,
-    export::mime,
+    conversion::mime,
     resource::{Resource, percent_encode},
 };
 
