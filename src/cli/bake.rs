@@ -6,9 +6,9 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::cli::assignment::AssignmentArguments;
-use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::{NewFile, Output, Writing};
+use crate::cli::scene_file::unreadable;
 use crate::cli::selection::{self, Chosen, ExtentArguments};
 use sgdbake::asset::{BuildError, Product, Subject, build_with_progress};
 use sgdbake::brdf::MaskingKind;

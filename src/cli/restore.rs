@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::cli::export::{FileReport, print_files, read, write};
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, Writing};
+use crate::cli::scene_file::{FileReport, print_files, read, write};
 use crate::cli::selection::TextureArguments;
 use crate::cli::terminal::name;
 use sgdbake::asset::{Asset, EXTENSION, Extras, rebuild};

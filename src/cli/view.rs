@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
+use crate::cli::scene_file::unreadable;
 use crate::cli::selection::{Chosen, MaterialParser, chosen};
 use sgdbake::asset::{Asset, EXTENSION, Subject, build_with_progress};
 use sgdbake::encode::Format;

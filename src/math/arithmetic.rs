@@ -4,6 +4,8 @@
 //! Errors stated are relative, over the ranges named, without the rounding of the last operation.
 //! Coefficients interpolate the function at the Chebyshev nodes of its reduced interval.
 
+use std::ops::AddAssign;
+
 /// How a product is added: the one difference between instruction sets that bits show.
 pub trait Arithmetic {
     /// a·b + c.
@@ -179,6 +181,21 @@ pub fn sin_cos_turns<A: Arithmetic>(x: f32) -> (f32, f32) {
 #[inline(always)]
 fn signed(negative: u32, value: f32) -> f32 {
     f32::from_bits(value.to_bits() ^ (negative << 31))
+}
+
+/// The sum of a power of two of numbers, halves added until one is left: short chains of sums, whose
+/// order does not depend on the instruction set.
+#[inline(always)]
+pub fn sum_in_pairs<T: Copy + AddAssign, const N: usize>(mut numbers: [T; N]) -> T {
+    let mut half = N / 2;
+    while half > 0 {
+        for k in 0..half {
+            let other = numbers[k + half];
+            numbers[k] += other;
+        }
+        half /= 2;
+    }
+    numbers[0]
 }
 
 #[cfg(test)]

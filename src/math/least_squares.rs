@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::math::arithmetic::sum_in_pairs;
+
 /// The normal equations of Σ r²/2 at one point: its value, gradient and Gauss–Newton Hessian.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalEquations {
@@ -74,18 +76,6 @@ impl<const N: usize> Residuals<N> {
     }
 }
 
-/// The sum in pairs.
-fn total(mut lanes: Lanes) -> f64 {
-    let mut half = LANES / 2;
-    while half > 0 {
-        for l in 0..half {
-            lanes[l] += lanes[l + half];
-        }
-        half /= 2;
-    }
-    lanes[0]
-}
-
 impl NormalEquations {
     /// No residuals of `n` unknowns yet.
     #[must_use]
@@ -95,12 +85,12 @@ impl NormalEquations {
 
     /// Adds residuals that depend on the unknowns at `places`; one may stand there twice.
     pub fn add<const N: usize>(&mut self, residuals: &Residuals<N>, places: [usize; N]) {
-        self.squares += total(residuals.squares);
+        self.squares += sum_in_pairs(residuals.squares);
         for i in 0..N {
-            self.gradient[places[i]] += total(residuals.gradient[i]);
+            self.gradient[places[i]] += sum_in_pairs(residuals.gradient[i]);
             for j in 0..N {
                 self.hessian[(places[i], places[j])] +=
-                    total(residuals.hessian[i.max(j)][i.min(j)]);
+                    sum_in_pairs(residuals.hessian[i.max(j)][i.min(j)]);
             }
         }
     }

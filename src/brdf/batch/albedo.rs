@@ -7,7 +7,7 @@ use crate::brdf::Lobe;
 use crate::brdf::albedo::{FresnelMoments, View, azimuths};
 use crate::brdf::batch::InstructionSet;
 use crate::brdf::batch::dispatch;
-use crate::math::arithmetic::{Arithmetic, exp_m1, exp2, max, min};
+use crate::math::arithmetic::{Arithmetic, exp_m1, exp2, max, min, sum_in_pairs};
 use crate::math::direction::cot_of_cos;
 use crate::math::quadrature::gauss_legendre;
 use crate::microfacet::{G1Polynomial, Sgd, grazing_limit};
@@ -111,21 +111,8 @@ impl AlbedoBatch {
             let lit = rings.lit[k];
             rings.add::<A>(k, cos_o, |cos, psi| self.g1.lit::<A, CUT>(cos, psi, lit), &mut sums);
         }
-        sums.map(total)
+        sums.map(sum_in_pairs)
     }
-}
-
-/// The sum in pairs.
-#[inline(always)]
-fn total(mut lanes: Azimuth) -> f32 {
-    let mut half = AZIMUTH_NODES / 2;
-    while half > 0 {
-        for k in 0..half {
-            lanes[k] += lanes[k + half];
-        }
-        half /= 2;
-    }
-    lanes[0]
 }
 
 /// Places and weights of rings over [0, 1].
