@@ -207,11 +207,11 @@ pub fn rebuild(
         // Extras of earlier versions do not state it.
         asset.material.error = extras.error.clone().or(asset.material.error.take());
     }
-    let asset = |extras| {
+    let of_each = extras.iter().filter_map(|extras| {
         let built = different.iter().zip(&assets).find(|(built, _)| **built == extras);
         built.map(|(_, asset)| asset.clone())
-    };
-    Ok(extras.iter().filter_map(asset).collect())
+    });
+    Ok(of_each.collect())
 }
 
 impl Asset {
@@ -255,10 +255,12 @@ impl Product {
     /// The manifest of the product, for textures that are files in its folder.
     #[must_use]
     pub fn manifest(&self) -> Manifest {
-        let material =
-            |asset: &Asset| ManifestMaterial { entry: asset.material.clone(), gltf: asset.gltf };
+        let materials = self
+            .assets
+            .iter()
+            .map(|asset| ManifestMaterial { entry: asset.material.clone(), gltf: asset.gltf });
         Manifest::new(
-            self.assets.iter().map(material).collect(),
+            materials.collect(),
             self.textures.iter().map(|texture| texture.entry.clone()).collect(),
             self.left_out.clone(),
         )

@@ -68,17 +68,20 @@ pub struct GltfBrdf {
 impl Reflectance for GltfBrdf {
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         let Some(angles) = Angles::of(wi, wo) else { return [0.0; 3] };
-        let lobe =
-            |roughness: f64| ggx_lobe(roughness * roughness, angles.tan2_h, angles.cot, angles.cos);
-        let material = self.material(schlick_weight(angles.cos_d), lobe(self.roughness));
+        let material = self.material(schlick_weight(angles.cos_d), lobe(self.roughness, &angles));
         match (self.clearcoat, self.clearcoat_roughness) {
             (Some(clearcoat), Some(roughness)) => {
                 let c = clearcoat * coat_fresnel(angles.cos[1]);
-                material.map(|f| (1.0 - c) * f + c * lobe(roughness))
+                material.map(|f| (1.0 - c) * f + c * lobe(roughness, &angles))
             }
             _ => material,
         }
     }
+}
+
+/// V·D of a GGX lobe of a roughness, α = roughness² \[1/sr\].
+fn lobe(roughness: f64, angles: &Angles) -> f64 {
+    ggx_lobe(roughness * roughness, angles.tan2_h, angles.cot, angles.cos)
 }
 
 impl GltfBrdf {

@@ -27,6 +27,7 @@ use crate::microfacet::{
 /// # Ok::<(), sgdbake::material::UnknownMaterial>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum MaskingKind {
     /// Smith's masking of the distribution, exactly.
     #[default]

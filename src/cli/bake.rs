@@ -6,12 +6,12 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::cli::assignment::AssignmentArguments;
-use crate::cli::evaluator::MaskingChoice;
-use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::{NewFile, Output, Writing};
+use crate::cli::scene_file::unreadable;
 use crate::cli::selection::{self, Chosen, ExtentArguments};
 use sgdbake::asset::{BuildError, Product, Subject, build_with_progress};
+use sgdbake::brdf::MaskingKind;
 use sgdbake::encode::{Format, shader};
 use sgdbake::lut::{self, BakeError, Depth, Depths, Quantity, Request, Table};
 use sgdbake::material::{Edition, Material, catalog};
@@ -58,7 +58,7 @@ pub struct Arguments {
     quantity: Vec<Quantity>,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
+    masking: MaskingKind,
     #[command(flatten)]
     extent: ExtentArguments,
     /// The file format; png holds 16-bit integers, and only masking, fresnel and albedo
@@ -123,12 +123,11 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = materials(arguments, output)?;
     let request = request(arguments)?;
     let bar = output.progress(steps(arguments, &materials), "bake");
-    let step = || bar.inc(1);
     selection::note_far_fits(materials.iter().map(|chosen| &chosen.material), output);
     let subjects: Vec<Subject<'_>> = materials.iter().map(Chosen::subject).collect();
-    let product = build_with_progress(&subjects, &request, arguments.format, &step)
+    let product = build_with_progress(&subjects, &request, arguments.format, &|| bar.inc(1))
         .map_err(|error| refused(error, &request))?;
-    let catalogue = arguments.compare.then(|| everything(&request, &step)).transpose()?;
+    let catalogue = arguments.compare.then(|| everything(&request, &|| bar.inc(1))).transpose()?;
     let files = files(arguments, &product);
     bar.finish_and_clear();
     let new: Vec<NewFile<'_>> =
@@ -191,7 +190,7 @@ fn request(arguments: &Arguments) -> Result<Request, Failure> {
     };
     Ok(Request {
         quantities: arguments.quantity.clone(),
-        masking: arguments.masking.into(),
+        masking: arguments.masking,
         extent: arguments.extent.into(),
         depths,
     })

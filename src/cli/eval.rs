@@ -1,18 +1,19 @@
 //! `sgdbake eval`: f and its factors for pairs of directions.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::cli::evaluator::{Evaluation, Evaluator};
+use crate::cli::evaluator::{Evaluated, Evaluation, columns};
 use crate::cli::failure::Failure;
 use crate::cli::input::{self, next_line};
 use crate::cli::output::Output;
 use crate::cli::selection::{Direction, Materials};
 use crate::cli::terminal::name;
 use sgdbake::brdf::{LobeTerms, Terms};
-use sgdbake::material::{Channel, Material};
+use sgdbake::material::Channel;
 
 /// Evaluates the reflectance for pairs of directions, one result a line.
 ///
@@ -88,18 +89,12 @@ impl Factors {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = arguments.materials.load(output)?;
-    let evaluators: Vec<Evaluator> =
-        materials.iter().map(|material| arguments.evaluation.of(material)).collect();
-    // One material needs no name, as the caller gave it.
-    let named = materials.len() > 1;
-    let mut print = |wi, wo| {
-        materials.iter().zip(&evaluators).try_for_each(|(material, evaluator)| {
-            print_pair(material, named, evaluator, [wi, wo], arguments.json, output)
-        })
-    };
+    let evaluated = arguments.evaluation.of_all(&materials);
     match (arguments.wi, arguments.wo, &arguments.pairs) {
-        (Some(wi), Some(wo), None) => print(wi.0, wo.0),
-        (_, _, Some(path)) => each_pair(path, print),
+        (Some(wi), Some(wo), None) => print_pair(&evaluated, [wi.0, wo.0], arguments.json, output),
+        (_, _, Some(path)) => {
+            each_pair(path, |pair| print_pair(&evaluated, pair, arguments.json, output))
+        }
         (None, None, None) => Err(Failure::usage("no directions")
             .help("give --wi X,Y,Z and --wo X,Y,Z, or --pairs FILE.csv")),
         (None, _, None) => Err(Failure::usage("--wi is missing; a pair has two directions")),
@@ -107,10 +102,18 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     }
 }
 
+/// The results of all materials for a pair.
 fn print_pair(
-    material: &Material,
-    named: bool,
-    evaluator: &Evaluator,
+    evaluated: &[Evaluated<'_>],
+    pair: [DVec3; 2],
+    json: bool,
+    output: &mut Output,
+) -> Result<(), Failure> {
+    evaluated.iter().try_for_each(|evaluated| print(evaluated, pair, json, output))
+}
+
+fn print(
+    Evaluated { material, name: named, evaluator }: &Evaluated<'_>,
     [wi, wo]: [DVec3; 2],
     json: bool,
     output: &mut Output,
@@ -127,20 +130,15 @@ fn print_pair(
         });
         let (wi, wo) = (wi.to_array(), wo.to_array());
         let lobes = of_channel.is_none().then_some(lobes);
-        let material = named.then_some(material.name.as_str());
-        return output.json(&Line { schema: "sgdbake/eval/1", material, wi, wo, r, g, b, lobes });
+        let (schema, material) = ("sgdbake/eval/1", *named);
+        return output.json(&Line { schema, material, wi, wo, r, g, b, lobes });
     }
-    let of = if named { format!("{}  ", name(&material.name)) } else { String::new() };
+    let of = named.map_or(String::new(), |named| format!("{}  ", name(named)));
     output.line(format!("{of}wi {wi}  wo {wo}"))?;
     match of_channel {
         Some(of) => print_channels(&terms, of, output),
         None => print_lobes(&terms, lobes, output),
     }
-}
-
-/// A line of numbers after a name.
-fn columns(name: &str, numbers: &[f64]) -> String {
-    numbers.iter().fold(name.to_owned(), |line, n| format!("{line} {n:>12.6e}"))
 }
 
 /// A line for each channel, with the factors of its lobe.
@@ -178,46 +176,45 @@ const LONGEST_LINE: usize = 4096;
 /// Calls `action` with every pair of a CSV file, reading one line at a time.
 fn each_pair(
     path: &Path,
-    mut action: impl FnMut(DVec3, DVec3) -> Result<(), Failure>,
+    mut action: impl FnMut([DVec3; 2]) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let mut input = input::open(path)?;
     let mut line = String::new();
     for number in 1.. {
-        let refusal = |what: &dyn std::fmt::Display| {
-            Failure::usage(format!("{}:{number}: {what}", path.display()))
-        };
         match next_line(&mut *input, &mut line, LONGEST_LINE) {
             Ok(true) => {}
-            Ok(false) if number == 1 => return Err(refusal(&wrong_header(""))),
+            Ok(false) if number == 1 => return Err(refused(path, number, wrong_header(""))),
             Ok(false) => break,
             Err(error) if error.kind() == std::io::ErrorKind::InvalidData => {
-                return Err(refusal(&error));
+                return Err(refused(path, number, error));
             }
-            Err(error) => {
-                return Err(Failure::job(format!("cannot read {}: {error}", path.display())));
-            }
+            Err(error) => return Err(input::unreadable(path, &error)),
         }
         if number == 1 {
             if line.trim_start_matches('\u{feff}').trim() != HEADER {
-                return Err(refusal(&wrong_header(&line)));
+                return Err(refused(path, number, wrong_header(&line)));
             }
         } else if !line.trim().is_empty() {
-            let (wi, wo) = pair(&line).map_err(|error| refusal(&error))?;
-            action(wi, wo)?;
+            action(pair(&line).map_err(|error| refused(path, number, error))?)?;
         }
     }
     Ok(())
+}
+
+/// The failure of a line of a file.
+fn refused(path: &Path, line: usize, what: impl fmt::Display) -> Failure {
+    Failure::usage(format!("{}:{line}: {what}", path.display()))
 }
 
 fn wrong_header(line: &str) -> String {
     format!("the header is '{line}'; it must be '{HEADER}'")
 }
 
-fn pair(line: &str) -> Result<(DVec3, DVec3), String> {
+fn pair(line: &str) -> Result<[DVec3; 2], String> {
     let split = line.match_indices(',').nth(2).map(|(at, _)| at);
     let split =
         split.ok_or_else(|| format!("'{line}' is not a pair; give six numbers {HEADER}"))?;
-    Ok((direction(&line[..split])?, direction(&line[split + 1..])?))
+    Ok([direction(&line[..split])?, direction(&line[split + 1..])?])
 }
 
 /// The direction that three numbers name.

@@ -1,6 +1,6 @@
 //! `sgdbake fit`: the best fits, how far they are and how far they look.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::ValueEnum;
 use glam::DVec3;
@@ -123,14 +123,13 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = subjects.materials(output)?;
     let count = materials.len() + subjects.measured.len();
     let progress = output.progress(count as u64, "fitting");
-    let of_material = |material: &Material| Ok(Study::of_material(material, arguments));
-    let of_measurement = |path: &PathBuf| Study::of_measurement(path, arguments);
-    let step = |_: &Result<Study, Failure>| progress.inc(1);
-    let studies = materials.par_iter().map(of_material).inspect(step);
-    let mut studies: Vec<Study> = studies.collect::<Result<_, _>>()?;
+    let studies = materials.par_iter().map(|material| Study::of_material(material, arguments));
+    let mut studies: Vec<Study> = studies.inspect(|_| progress.inc(1)).collect();
     // One after the other: each may take as much memory as two of its files.
-    let measured = subjects.measured.iter().map(of_measurement).inspect(step);
-    studies.extend(measured.collect::<Result<Vec<_>, _>>()?);
+    for path in &subjects.measured {
+        studies.push(Study::of_measurement(path, arguments)?);
+        progress.inc(1);
+    }
     progress.finish_and_clear();
     if !arguments.json {
         output.line(HEADER)?;
@@ -252,30 +251,20 @@ impl Arguments {
         surface: &Surface,
     ) -> Fitted {
         let material = &target.material;
-        let picture = |fit: &Fit| {
-            let distance = |model: &dyn Reflectance| Some(surface.reference.distance(model));
-            pictured(fit, material, ball, distance)
-        };
         let of_sgd = model.fit(target, self.components, self.objective.into());
-        let of_sgd_pictured = picture(&of_sgd);
-        match self.to {
-            FittedTo::Sgd => Fitted {
-                model,
-                fit: of_sgd,
-                pictured: of_sgd_pictured,
-                fitted_to: FittedTo::Sgd,
-                of_sgd: None,
-            },
-            FittedTo::Measurement => {
-                let fit = model.fit_measured(surface, material, &of_sgd);
-                Fitted {
-                    model,
-                    pictured: picture(&fit),
-                    fit,
-                    fitted_to: FittedTo::Measurement,
-                    of_sgd: Some((of_sgd, of_sgd_pictured)),
-                }
-            }
+        let (fit, of_sgd) = match self.to {
+            FittedTo::Sgd => (of_sgd, None),
+            FittedTo::Measurement => (model.fit_measured(surface, material, &of_sgd), Some(of_sgd)),
+        };
+        Fitted {
+            model,
+            pictured: pictured_beside(surface, &fit, material, ball),
+            fit,
+            fitted_to: self.to,
+            of_sgd: of_sgd.map(|fit| {
+                let pictured = pictured_beside(surface, &fit, material, ball);
+                (fit, pictured)
+            }),
         }
     }
 }
@@ -296,6 +285,16 @@ fn pictured(
         reflectance,
     });
     pictured.collect()
+}
+
+/// The same with the distances from a measured surface.
+fn pictured_beside(
+    surface: &Surface,
+    fit: &Fit,
+    material: &Material,
+    ball: &ReferenceBall,
+) -> Vec<Pictured> {
+    pictured(fit, material, ball, |model| Some(surface.reference.distance(model)))
 }
 
 /// The pairs that evaluations are timed on.
@@ -324,15 +323,18 @@ impl Fitted {
     }
 
     fn against_measurement(&self) -> Option<AgainstMeasurement<'_>> {
-        // The last reflectance of a fit is the one with a single width, which engines take.
-        let distance = |pictured: &[Pictured]| pictured.last()?.distance;
         let of_sgd = self
             .of_sgd
             .as_ref()
-            .and_then(|(fit, pictured)| Some(OfSgd { fit, distance: distance(pictured)? }));
-        let distance = distance(&self.pictured)?;
+            .and_then(|(fit, pictured)| Some(OfSgd { fit, distance: engine_distance(pictured)? }));
+        let distance = engine_distance(&self.pictured)?;
         Some(AgainstMeasurement { fitted_to: self.fitted_to, distance, of_sgd })
     }
+}
+
+/// The distance of the last reflectance of a fit: the one with a single width, which engines take.
+fn engine_distance(pictured: &[Pictured]) -> Option<Distance> {
+    pictured.last()?.distance
 }
 
 const HEADER: &str = "material                 model    reflectance residual r       g       b  \

@@ -38,17 +38,24 @@ fn regular(path: &Path, metadata: &fs::Metadata) -> Result<(), Failure> {
         .help("save the input to a file first"))
 }
 
+/// The failure of a file that cannot be read.
+#[must_use]
+pub fn unreadable(path: &Path, error: &io::Error) -> Failure {
+    Failure::job(format!("cannot read {}: {error}", path.display()))
+}
+
 /// Reads a whole text.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
-    let unreadable =
-        |error: io::Error| Failure::job(format!("cannot read {}: {error}", path.display()));
     if path == Path::new(STDIN) {
         let mut text = String::new();
-        io::stdin().take(LARGEST_TEXT).read_to_string(&mut text).map_err(unreadable)?;
+        io::stdin()
+            .take(LARGEST_TEXT)
+            .read_to_string(&mut text)
+            .map_err(|error| unreadable(path, &error))?;
         return Ok(text);
     }
     check_text(path)?;
-    fs::read_to_string(path).map_err(unreadable)
+    fs::read_to_string(path).map_err(|error| unreadable(path, &error))
 }
 
 /// Opens a file, or stdin for `-`, to be read line by line.
@@ -57,8 +64,7 @@ pub fn open(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
         return Ok(Box::new(io::stdin().lock()));
     }
     check_regular(path)?;
-    let file = File::open(path)
-        .map_err(|error| Failure::job(format!("cannot read {}: {error}", path.display())))?;
+    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
     Ok(Box::new(BufReader::new(file)))
 }
 

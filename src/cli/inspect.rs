@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
+use crate::cli::scene_file::unreadable;
 use crate::cli::terminal::name;
 use sgdbake::encode::TextureEntry;
 use sgdbake::scene::{Contents, ContentsError, Counts, SceneContent};

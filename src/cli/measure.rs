@@ -155,6 +155,12 @@ struct Fits {
     gltf_distance: Distance,
 }
 
+/// The result of a step, now counted as done.
+fn counted<T>(step: &(dyn Fn() + Sync), result: T) -> T {
+    step();
+    result
+}
+
 impl Fits {
     fn new(
         surface: &Surface,
@@ -162,26 +168,21 @@ impl Fits {
         options: Options,
         step: &(dyn Fn() + Sync),
     ) -> Result<Self, MaterialError> {
-        let done = |value| {
-            step();
-            value
-        };
-        let sgd = |energy| done(surface.fit(name, Options { energy, ..options }));
-        let free = || (options.energy == Energy::Conserve).then(|| sgd(Energy::Free)).transpose();
-        let gltf = || {
-            let gltf = gltf_measured::fit(&surface.target).material;
-            step();
-            gltf
-        };
-        let ((chosen, free), gltf) =
-            rayon::join(|| rayon::join(|| sgd(options.energy), free), gltf);
+        let free = (options.energy == Energy::Conserve)
+            .then_some(Options { energy: Energy::Free, ..options });
+        let ((chosen, free), gltf) = rayon::join(
+            || {
+                rayon::join(
+                    || counted(step, surface.fit(name, options)),
+                    || free.map(|options| counted(step, surface.fit(name, options))).transpose(),
+                )
+            },
+            || counted(step, gltf_measured::fit(&surface.target).material),
+        );
         let chosen = chosen?;
-        let nearer = |free: SurfaceFit| {
-            let gain = chosen.distance.suns - free.distance.suns;
-            (gain > NOTICED).then_some(free.distance)
-        };
+        let free = free?.map(|free| free.distance);
         Ok(Self {
-            free: free?.and_then(nearer),
+            free: free.filter(|free| chosen.distance.suns - free.suns > NOTICED),
             gltf_distance: surface.reference.distance(&gltf),
             chosen,
             gltf,
@@ -265,8 +266,11 @@ fn with_error(value: f64, error: f64) -> String {
     format!("{} ± {error:.1e}", six_digits(value))
 }
 
+fn scalar(name: &str, value: f64, error: f64) -> String {
+    format!("  {name:<6} {:>24}", with_error(value, error))
+}
+
 fn lobe_lines(lobe: &SgdLobe, error: &SgdLobe) -> [String; 5] {
-    let scalar = |name: &str, value, error| format!("  {name:<6} {:>24}", with_error(value, error));
     [
         scalar("alpha", lobe.alpha, error.alpha),
         scalar("p", lobe.p, error.p),

@@ -26,6 +26,7 @@ mod model_fit;
 mod preview;
 mod restore;
 mod sample;
+mod scene_file;
 mod sheet;
 mod slice;
 mod speed_error;

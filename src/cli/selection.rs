@@ -13,9 +13,10 @@ use crate::cli::input::check_text;
 use crate::cli::measured;
 use crate::cli::output::Output;
 use sgdbake::asset::{Measured, Subject};
+use sgdbake::brdf::MaskingKind;
 use sgdbake::fit::gltf_measured;
 use sgdbake::fit::sgd::Energy;
-use sgdbake::lut::Extent;
+use sgdbake::lut::{Depths, Extent, Quantity, Request};
 use sgdbake::material::{Edition, Material, MaterialFileError, find, load, named, refit_of};
 use sgdbake::math::direction::normalised;
 use sgdbake::report::surface::{Surface, SurfaceFit};
@@ -36,6 +37,27 @@ pub struct ExtentArguments {
     /// Texels along each axis that is not a row, 2 to 16384, in place of a tolerance
     #[arg(long, value_name = "N")]
     size: Option<usize>,
+}
+
+/// The lookup textures of the extension.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct TextureArguments {
+    /// The masking function to store
+    #[arg(long, value_enum, default_value_t)]
+    masking: MaskingKind,
+    #[command(flatten)]
+    extent: ExtentArguments,
+}
+
+impl From<TextureArguments> for Request {
+    fn from(TextureArguments { masking, extent }: TextureArguments) -> Self {
+        Self {
+            quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+            masking,
+            extent: extent.into(),
+            depths: Depths::Smallest,
+        }
+    }
 }
 
 impl From<ExtentArguments> for Extent {

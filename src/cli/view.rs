@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
+use crate::cli::scene_file::unreadable;
 use crate::cli::selection::{Chosen, MaterialParser, chosen};
 use sgdbake::asset::{Asset, EXTENSION, Subject, build_with_progress};
 use sgdbake::encode::Format;
@@ -116,11 +116,14 @@ pub fn balls(
     shown: &[Chosen],
     measurement: Option<(Caption, MeasuredTable)>,
 ) -> Result<View, Failure> {
-    let earlier = |index: usize| shown[..index].iter().map(|chosen| &chosen.material);
-    let first = |index: &usize| !earlier(*index).any(|known| *known == shown[*index].material);
-    let shown: Vec<&Chosen> = (0..shown.len()).filter(first).map(|index| &shown[index]).collect();
-    let assets = assets(&shown)?;
-    let names: Vec<&str> = shown.iter().map(|chosen| chosen.material.name.as_str()).collect();
+    let mut once: Vec<&Chosen> = Vec::new();
+    for chosen in shown {
+        if !once.iter().any(|known| known.material == chosen.material) {
+            once.push(chosen);
+        }
+    }
+    let assets = assets(&once)?;
+    let names: Vec<&str> = once.iter().map(|chosen| chosen.material.name.as_str()).collect();
     let scene = Scene::balls(BALL_ROWS, &names)?;
     let slots: Vec<(SlotId, &Asset)> =
         assets.iter().enumerate().map(|(index, asset)| (SlotId::Material(index), asset)).collect();
@@ -166,12 +169,13 @@ fn title(names: &[&str]) -> String {
 
 fn caption(asset: &Asset) -> Caption {
     let name = &asset.material.parameters.name;
-    let catalogue = |edition: Edition| edition.materials().any(|material| material.name == *name);
-    let kind = match () {
-        () if catalogue(Edition::Published) => "published fit",
-        () if catalogue(Edition::Refit) => "refit",
-        () => "fit",
-    };
+    let mut editions = [Edition::Published, Edition::Refit].into_iter();
+    let kind =
+        match editions.find(|edition| edition.material(name).is_some_and(|m| m.name == *name)) {
+            Some(Edition::Published) => "published fit",
+            Some(Edition::Refit) => "refit",
+            None => "fit",
+        };
     let surface = asset.material.error.as_ref().map(|error| error.delta_e);
     Caption { title: name.clone(), note: kind.to_owned(), surface }
 }

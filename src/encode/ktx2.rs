@@ -117,9 +117,10 @@ fn append_texels(bytes: &mut Vec<u8>, texels: &Texels) {
     match texels {
         Texels::Half(texels) => {
             for texels in texels.chunks(1 << 12) {
-                let rgba =
-                    |[r, g, b]: &[f16; 3]| [*r, *g, *b, f16::ONE].map(|t| t.to_bits().to_le());
-                let rgba: Vec<[u16; 4]> = texels.iter().map(rgba).collect();
+                let rgba: Vec<[u16; 4]> = texels
+                    .iter()
+                    .map(|[r, g, b]| [*r, *g, *b, f16::ONE].map(|t| t.to_bits().to_le()))
+                    .collect();
                 bytes.extend_from_slice(bytemuck::cast_slice(&rgba));
             }
         }

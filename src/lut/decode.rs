@@ -180,7 +180,7 @@ mod tests {
     use crate::lut::bake::bake;
     use crate::lut::request::{Depths, Extent, Request};
     use crate::lut::table::Depth;
-    use crate::material::{Material, find};
+    use crate::material::{LobeFields, LobeParams, find};
     use crate::math::direction::spherical;
 
     fn baked(material: &Material, quantities: &[Quantity], size: usize, depth: Depth) -> Baked {
@@ -239,20 +239,19 @@ mod tests {
     /// Two lobes that colour all channels, through both kinds of textures.
     #[test]
     fn overlapping_lobes_come_back() {
-        let lobe = |name: &str, c: usize| {
-            let entry = find(name).expect("in the catalogue");
-            crate::material::LobeParams::new(crate::material::LobeFields {
-                alpha: entry.channels[c].alpha,
-                p: entry.channels[c].p,
+        let lobes = ["gold-paint", "pink-fabric"].map(|name| {
+            let green = &find(name).expect("in the catalogue").channels[1];
+            let fields = LobeFields {
+                alpha: green.alpha,
+                p: green.p,
                 masking: None,
                 rho_s: [0.3, 0.2, 0.1],
                 f0: [0.2, 0.3, 0.4],
                 f1: [0.0, -0.1, 0.1],
-            })
-            .expect("in range")
-        };
-        let lobes = vec![lobe("gold-paint", 1), lobe("pink-fabric", 1)];
-        let material = Material::new("two", [0.1, 0.2, 0.3], lobes).expect("two lobes");
+            };
+            LobeParams::new(fields).expect("in range")
+        });
+        let material = Material::new("two", [0.1, 0.2, 0.3], lobes.into()).expect("two lobes");
         let exact = SgdBrdf::new(&material, MaskingKind::Exact);
         let [factors, volume] =
             [&FACTORS[..], &[Quantity::Brdf3d]].map(|q| baked(&material, q, 200, Depth::Float));

@@ -31,6 +31,15 @@ const WEIGHTS: Interval = ROUNDED_WEIGHTS;
 /// Beyond so many times the expected width it is rounding, not width, that limits the error.
 const MAX_GROWTH: f64 = 16.0;
 
+/// How the largest error is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attack {
+    /// A climb from the worst probe, by all texture units at once.
+    Climb,
+    /// Climbs and random moves from several of the worst probes, by one texture unit after another.
+    Search,
+}
+
 /// A material under test: its rows, its exact values, and the places of its probes in the textures.
 pub struct Subject {
     /// Its row of `ndf` and `masking`.
@@ -112,47 +121,57 @@ impl Subject {
         filters.iter().map(|filter| self.error(tables, *filter)).fold(0.0, f64::max)
     }
 
-    /// The largest error that climbs from the worst probe find, and the subject of that probe
-    /// alone.
-    fn attacked(
-        &self,
-        brdf: &SgdBrdf,
-        tables: &[Table],
-        filters: &[Filter],
-    ) -> Option<(f64, Self)> {
-        let errors: Vec<f64> =
-            self.probes.iter().map(|probe| self.at(probe).worst_error(tables, filters)).collect();
-        let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]))?;
-        let (found, probe) =
-            attack(brdf, &self.probes[worst], |probe| self.at(probe).worst_error(tables, filters));
-        Some((found, self.at(&probe)))
+    /// The error at another probe by one filter.
+    fn error_at(&self, probe: &Probe, tables: &[Table], filter: Filter) -> f64 {
+        self.at(probe).error(tables, filter)
     }
 
-    /// The largest error that climbs and random moves find for one filter after another, and the
-    /// subject of that probe alone.
-    fn searched(
+    /// The error at another probe by the worst of the filters.
+    fn worst_error_at(&self, probe: &Probe, tables: &[Table], filters: &[Filter]) -> f64 {
+        self.at(probe).worst_error(tables, filters)
+    }
+
+    /// The largest error that an attack finds, and the subject of its probe alone.
+    fn attacked(
         &self,
+        attack: Attack,
         brdf: &SgdBrdf,
         tables: &[Table],
         filters: &[Filter],
     ) -> Option<(f64, Self)> {
-        let found = filters.iter().flat_map(|filter| self.climbs(brdf, tables, *filter));
-        let (error, probe) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (error, probe) = match attack {
+            Attack::Climb => self.climbed(brdf, tables, filters)?,
+            Attack::Search => {
+                let found = filters.iter().flat_map(|filter| self.climbs(brdf, tables, *filter));
+                found.max_by(|a, b| a.0.total_cmp(&b.0))?
+            }
+        };
         Some((error, self.at(&probe)))
+    }
+
+    /// Where the climb from the worst probe ends.
+    fn climbed(
+        &self,
+        brdf: &SgdBrdf,
+        tables: &[Table],
+        filters: &[Filter],
+    ) -> Option<(f64, Probe)> {
+        let errors = self.probes.iter().map(|probe| self.worst_error_at(probe, tables, filters));
+        let worst = errors.zip(&self.probes).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(attack(brdf, worst.1, |probe| self.worst_error_at(probe, tables, filters)))
     }
 
     /// Where climbs from the worst probes end for a filter.
     fn climbs(&self, brdf: &SgdBrdf, tables: &[Table], filter: Filter) -> Vec<(f64, Probe)> {
         const CLIMBS: usize = 4;
-        let error = |probe: &Probe| self.at(probe).error(tables, filter);
-        let mut starts: Vec<(f64, &Probe)> =
-            self.probes.iter().map(|probe| (error(probe), probe)).collect();
+        let errors = self.probes.iter().map(|probe| self.error_at(probe, tables, filter));
+        let mut starts: Vec<(f64, &Probe)> = errors.zip(&self.probes).collect();
         starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let climb = |(_, start): &(f64, &Probe)| {
-            let (_, probe) = attack(brdf, start, error);
-            scatter(brdf, &probe, error)
-        };
-        starts.iter().take(CLIMBS).map(climb).collect()
+        let climbs = starts.into_iter().take(CLIMBS).map(|(_, start)| {
+            let (_, probe) = attack(brdf, start, |probe| self.error_at(probe, tables, filter));
+            scatter(brdf, &probe, |probe| self.error_at(probe, tables, filter))
+        });
+        climbs.collect()
     }
 
     fn probe_error(
@@ -241,10 +260,11 @@ fn by_term(errors: &[(Term, CellErrors)]) -> [Option<&CellErrors>; 3] {
     Term::ALL.map(|term| errors.iter().find(|(of, _)| *of == term).map(|(_, errors)| errors))
 }
 
-/// The largest error of f that climbs from each subject's worst probe find, and the subject of that
-/// probe alone.
+/// The largest error of f that an attack on each subject finds, and the subjects of those probes
+/// alone.
 #[must_use]
 pub fn attacked(
+    attack: Attack,
     subjects: &[(&SgdBrdf, Subject)],
     tables: &[Table],
     filters: &[Filter],
@@ -252,24 +272,7 @@ pub fn attacked(
     let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
     let found: Vec<(f64, Subject)> = subjects
         .par_iter()
-        .filter_map(|(brdf, subject)| subject.attacked(brdf, &tables, filters))
-        .collect();
-    let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
-    (largest, found.into_iter().map(|(_, subject)| subject).collect())
-}
-
-/// As [`attacked`], by one texture unit after another, with climbs and random moves from several of
-/// each subject's worst probes.
-#[must_use]
-pub fn searched(
-    subjects: &[(&SgdBrdf, Subject)],
-    tables: &[Table],
-    filters: &[Filter],
-) -> (f64, Vec<Subject>) {
-    let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
-    let found: Vec<(f64, Subject)> = subjects
-        .par_iter()
-        .filter_map(|(brdf, subject)| subject.searched(brdf, &tables, filters))
+        .filter_map(|(brdf, subject)| subject.attacked(attack, brdf, &tables, filters))
         .collect();
     let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
     (largest, found.into_iter().map(|(_, subject)| subject).collect())

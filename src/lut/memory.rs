@@ -31,15 +31,14 @@ pub fn of_bake(request: &Request, materials: usize, rows: usize) -> usize {
     let (Extent::Size(n), [depth, ..]) = (request.extent, request.depths.candidates()) else {
         return of_materials;
     };
-    let of_quantity = |quantity: &Quantity| match quantity {
+    let textures = request.quantities.iter().map(|quantity| match quantity {
         // Each row is a texture of its own; all are kept until they are written.
         Quantity::Brdf3d => {
             let one = of_texture(&[n, n, n], *depth);
             one.saturating_add((one / PER_TEXTURE).saturating_mul(rows.saturating_sub(1)))
         }
         _ => of_texture(&[n, rows], *depth),
-    };
-    let textures = request.quantities.iter().map(of_quantity);
+    });
     textures.fold(of_materials, usize::saturating_add)
 }
 
@@ -64,14 +63,16 @@ pub fn check(needed: usize) -> Result<(), BakeError> {
 /// swap, within the container's limit; `None` on other systems.
 fn free() -> Option<usize> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let kibibytes = |field: &str| -> Option<usize> {
-        let line = text.lines().find_map(|line| line.strip_prefix(field))?;
-        line.trim().strip_suffix("kB")?.trim().parse().ok()
-    };
-    let free = kibibytes("MemAvailable:")? + kibibytes("SwapFree:").unwrap_or(0);
+    let free = kibibytes(&text, "MemAvailable:")? + kibibytes(&text, "SwapFree:").unwrap_or(0);
     let limit = fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
     let limit = limit.and_then(|limit| limit.trim().parse().ok()).unwrap_or(usize::MAX);
     Some(free.saturating_mul(1024).min(limit))
+}
+
+/// A field of /proc/meminfo \[KiB\].
+fn kibibytes(text: &str, field: &str) -> Option<usize> {
+    let line = text.lines().find_map(|line| line.strip_prefix(field))?;
+    line.trim().strip_suffix("kB")?.trim().parse().ok()
 }
 
 #[cfg(test)]

@@ -135,29 +135,28 @@ pub fn probes(brdf: &SgdBrdf, seed: usize) -> Vec<Probe> {
 pub fn crossings(brdf: &SgdBrdf) -> Vec<Probe> {
     let curves = brdf.lobes.iter().filter(|lobe| lobe.rho_s.iter().any(|rho_s| *rho_s > 0.0));
     let zeros = curves.flat_map(|lobe| lobe.fresnel.iter().flat_map(zeros));
-    let mirror = |cos: f64| {
-        let wo = from_cos_sin(cos, (1.0 - cos * cos).sqrt(), 0.0);
-        probes_of_pair(brdf, [DVec3::new(-wo.x, -wo.y, wo.z), wo])
-    };
-    zeros.flat_map(mirror).collect()
+    let viewers = zeros.map(|cos| from_cos_sin(cos, (1.0 - cos * cos).sqrt(), 0.0));
+    viewers.flat_map(|wo| probes_of_pair(brdf, [DVec3::new(-wo.x, -wo.y, wo.z), wo])).collect()
 }
 
 /// The cosθd between 0 and 1 at which a Fresnel curve is 0.
 fn zeros(fresnel: &Fresnel) -> Vec<f64> {
     const CELLS: u32 = 64;
+    (0..CELLS)
+        .map(|cell| [cell, cell + 1].map(|edge| f64::from(edge) / f64::from(CELLS)))
+        .filter(|[a, b]| fresnel.eval(*a) * fresnel.eval(*b) < 0.0)
+        .map(|cell| zero_between(fresnel, cell))
+        .collect()
+}
+
+/// The cosθd between `a` and `b`, where a Fresnel curve has two signs, at which it is 0.
+fn zero_between(fresnel: &Fresnel, [mut a, mut b]: [f64; 2]) -> f64 {
     const HALVINGS: usize = 40;
-    let at = |i: u32| f64::from(i) / f64::from(CELLS);
-    let crossed = (0..CELLS)
-        .map(|i| [at(i), at(i + 1)])
-        .filter(|[a, b]| fresnel.eval(*a) * fresnel.eval(*b) < 0.0);
-    let zero = |[mut a, mut b]: [f64; 2]| {
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (a + b);
-            if fresnel.eval(a) * fresnel.eval(middle) <= 0.0 { b = middle } else { a = middle }
-        }
-        0.5 * (a + b)
-    };
-    crossed.map(zero).collect()
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (a + b);
+        if fresnel.eval(a) * fresnel.eval(middle) <= 0.0 { b = middle } else { a = middle }
+    }
+    0.5 * (a + b)
 }
 
 /// The probes of the viewer of one pair of directions, that pair the first; none below the horizon.

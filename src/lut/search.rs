@@ -55,14 +55,14 @@ pub fn smallest<S: Sizable>(
     let largest = sizable.largest_growth().ok_or(BakeError::NotReached { tolerance, best })?;
     for aim in S::AIMS {
         for depth in depths.candidates() {
-            let mut keeps = |growth: f64| {
+            let found = least(largest, |growth| {
                 memory::check(sizable.bytes(growth, *depth))?;
                 let tables = sizable.build(growth, *depth);
                 let error = sizable.bound(&tables, probes);
                 best = best.min(error);
                 Ok((error <= aim * tolerance).then_some(tables))
-            };
-            if let Some(tables) = least(largest, &mut keeps)? {
+            })?;
+            if let Some(tables) = found {
                 return Ok(tables);
             }
         }
@@ -74,7 +74,7 @@ pub fn smallest<S: Sizable>(
 /// accepts: first doubled until accepted, then halved in between.
 fn least<T, E>(
     largest: f64,
-    keeps: &mut impl FnMut(f64) -> Result<Option<T>, E>,
+    mut keeps: impl FnMut(f64) -> Result<Option<T>, E>,
 ) -> Result<Option<T>, E> {
     let (mut refused, mut accepted) = (0.25, largest.min(1.0));
     let mut result = keeps(accepted)?;

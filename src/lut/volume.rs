@@ -30,17 +30,15 @@ use crate::lut::row::Row;
 use crate::lut::search::Sizable;
 use crate::lut::table::{Depth, ErrorNote, Filter, Table, Texels};
 use crate::lut::term::{masking_scale, ndf_scale};
-use crate::lut::visibility::{BLOCK, Lanes, Visibility};
-use crate::math::arithmetic::{Arithmetic, Fused};
-use crate::math::instruction_set::{InstructionSet, per_instruction_set};
-use crate::microfacet::{Distribution as _, Sgd};
+use crate::lut::visibility::Visibility;
+use crate::lut::volume_lines::{ColourMatrix, HalfVectors, Line, Lines};
+use crate::math::instruction_set::InstructionSet;
+use crate::microfacet::Sgd;
 
 /// Texels that a 3D table may have: 400 MB as half floats.
 pub const MAX_TEXELS: usize = 1 << 26;
 /// tan²θh/α at the end of the axis, where D is e^{−30} of its peak.
 const END: f64 = 30.0;
-/// D/q below which nothing is stored: half floats end far above, and denormal f32 are slow.
-const MIN_TEXEL: f64 = 1e-30;
 /// Beyond so many times the expected size it is rounding, not size, that limits the error.
 const MAX_GROWTH: f64 = 4.0;
 /// The sizes of the tables, one axis coarse each, that tell how fast an axis converges.
@@ -65,138 +63,6 @@ pub fn axes(row: &Row) -> Vec<Axis> {
         Axis { variable: Variable::CosThetaD, warp: Some(difference) },
         Axis { variable: Variable::AbsCosPhiD, warp: Some(Warp::Identity) },
     ]
-}
-
-/// A block of texels along the first axis: the part that every line shares.
-struct HalfVectors {
-    /// cosθh and sinθh.
-    cos: Lanes,
-    sin: Lanes,
-    /// D/q of each lobe, q its own.
-    ndf: [Lanes; 3],
-}
-
-impl HalfVectors {
-    /// The blocks that cover the steps of the first axis, at tan²θh.
-    fn blocks(row: &Row, scales: [f64; 3], tan2: &[f64]) -> Vec<Self> {
-        // The last texel closes the table with an exact 0.
-        let inner = &tan2[..tan2.len().saturating_sub(1)];
-        let starts = (0..tan2.len()).step_by(BLOCK);
-        let blocks = starts.map(|start| {
-            let block = &tan2[start..];
-            let stored = inner.get(start..).unwrap_or(&[]);
-            Self {
-                cos: lanes(block, |x| 1.0 / (1.0 + x).sqrt()),
-                sin: lanes(block, |x| (x / (1.0 + x)).sqrt()),
-                ndf: std::array::from_fn(|j| {
-                    let lobe = row.lobes[j].as_ref();
-                    lobe.map_or([0.0; BLOCK], |lobe| {
-                        lanes(stored, |x| vanishing(lobe.distribution.ndf(x) / scales[j]))
-                    })
-                }),
-            }
-        });
-        blocks.collect()
-    }
-}
-
-/// A number at each of the first values; 0 after the last of them.
-fn lanes(values: &[f64], number: impl Fn(f64) -> f64) -> Lanes {
-    let mut lanes = [0.0; BLOCK];
-    for (lane, value) in lanes.iter_mut().zip(values) {
-        *lane = number(*value) as f32;
-    }
-    lanes
-}
-
-/// A texel, 0 where it is too small to be stored.
-fn vanishing(texel: f64) -> f64 {
-    if texel < MIN_TEXEL { 0.0 } else { texel }
-}
-
-/// The numbers that the texels of a line along the first axis share.
-#[derive(Clone, Copy)]
-struct Line {
-    cos_theta_d: f32,
-    /// sinθd |cosφd|.
-    swing: f32,
-    colours: ColourMatrix,
-}
-
-/// From the lobes' D v v to the colours: (ρs/Σρs) F of each lobe and colour.
-#[derive(Clone, Copy)]
-enum ColourMatrix {
-    /// Lobe j colours channel j alone.
-    Diagonal([f32; 3]),
-    /// A column for each lobe.
-    Full([[f32; 3]; 3]),
-}
-
-impl ColourMatrix {
-    fn new(columns: [[f32; 3]; 3]) -> Self {
-        if (0..3).all(|j| (0..3).all(|c| c == j || columns[j][c] == 0.0)) {
-            Self::Diagonal([0, 1, 2].map(|c| columns[c][c]))
-        } else {
-            Self::Full(columns)
-        }
-    }
-}
-
-/// The lines of a table.
-struct Lines {
-    half: Vec<HalfVectors>,
-    visibility: Visibility,
-}
-
-impl Lines {
-    /// B/q of a line.
-    #[inline(always)]
-    fn fill<A: Arithmetic>(&self, line: Line, out: &mut [[f32; 3]]) {
-        for (half, out) in self.half.iter().zip(out.chunks_mut(BLOCK)) {
-            let (mut middle, mut reach) = (half.cos, half.sin);
-            for k in 0..BLOCK {
-                middle[k] *= line.cos_theta_d;
-                reach[k] *= line.swing;
-            }
-            let mut lobes = self.visibility.products::<A>(&middle, &reach);
-            match line.colours {
-                ColourMatrix::Diagonal(fresnel) => {
-                    for ((lobe, ndf), fresnel) in lobes.iter_mut().zip(&half.ndf).zip(fresnel) {
-                        for (lobe, ndf) in lobe.iter_mut().zip(ndf) {
-                            *lobe *= ndf * fresnel;
-                        }
-                    }
-                    for (k, texel) in out.iter_mut().enumerate() {
-                        *texel = [lobes[0][k], lobes[1][k], lobes[2][k]];
-                    }
-                }
-                ColourMatrix::Full(columns) => {
-                    for (lobe, ndf) in lobes.iter_mut().zip(&half.ndf) {
-                        for (lobe, ndf) in lobe.iter_mut().zip(ndf) {
-                            *lobe *= ndf;
-                        }
-                    }
-                    for (k, texel) in out.iter_mut().enumerate() {
-                        let mut sums = [0.0; 3];
-                        for (lobe, column) in lobes.iter().zip(&columns) {
-                            for (sum, fresnel) in sums.iter_mut().zip(column) {
-                                *sum = A::mul_add(lobe[k], *fresnel, *sum);
-                            }
-                        }
-                        *texel = sums;
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The kernel once per instruction set, each with the same bits.
-mod dispatch {
-    use super::*;
-
-    per_instruction_set!(fill<A: Fused, baseline Fused>
-        (lines: &Lines, line: Line, out: &mut [[f32; 3]]) -> () { lines.fill::<A>(line, out) });
 }
 
 /// The 3D table of a row with the given texels along each axis.
@@ -227,7 +93,7 @@ pub fn tabulate_on(
         half: HalfVectors::blocks(row, scales, &tan2),
         visibility: Visibility::new(row, masking_accuracy(depth)),
     };
-    let fill_line = |line: usize, out: &mut [[f32; 3]]| {
+    let texels = fill(size, depth, &|line, out: &mut [[f32; 3]]| {
         let (d, phi) = (line % size[1], line / size[1]);
         let sin_d = (1.0 - cos_d[d] * cos_d[d]).max(0.0).sqrt();
         let line = Line {
@@ -235,14 +101,14 @@ pub fn tabulate_on(
             swing: (sin_d * cos_phi[phi]) as f32,
             colours: colours[d],
         };
-        dispatch::fill(set.or_widest(), &lines, line, out);
-    };
+        lines.fill_on(set.or_widest(), line, out);
+    });
     Table {
         quantity: Quantity::Brdf3d,
         axes,
         size: size.to_vec(),
         encoding: Encoding::Times { factor },
-        texels: fill(size, depth, &fill_line),
+        texels,
         rows: vec![row.name.clone()],
         row: Some(index),
         error: ErrorNote::default(),
@@ -356,12 +222,19 @@ pub fn attacked<'a>(
     probes: impl Iterator<Item = &'a Probe>,
 ) -> Vec<Probe> {
     const CLIMBS: usize = 8;
-    let error = |probe: &Probe| measure(table, std::slice::from_ref(probe));
-    let mut starts: Vec<(f64, &Probe)> = probes.map(|probe| (error(probe), probe)).collect();
+    let mut starts: Vec<(f64, &Probe)> =
+        probes.map(|probe| (error_at(table, probe), probe)).collect();
     starts.sort_by(|a, b| b.0.total_cmp(&a.0));
     starts.truncate(CLIMBS);
-    let climb = |(_, start): (f64, &Probe)| scatter(brdf, &attack(brdf, start, error).1, error).1;
-    starts.into_par_iter().map(climb).collect()
+    let climbs = starts.into_par_iter().map(|(_, start)| {
+        let (_, probe) = attack(brdf, start, |probe| error_at(table, probe));
+        scatter(brdf, &probe, |probe| error_at(table, probe)).1
+    });
+    climbs.collect()
+}
+
+fn error_at(table: &Table, probe: &Probe) -> f64 {
+    measure(table, std::slice::from_ref(probe))
 }
 
 /// The 3D table of a row, in search of its size.
@@ -436,11 +309,11 @@ mod tests {
             let brdf = SgdBrdf::with_accuracy(&entry.material, kind, Accuracy::Table).tabulated();
             let mut rows = Rows::default();
             rows.push("", &brdf, [true, true, false]);
-            let on = |set| tabulate_on(set, &rows.lobes[0], 0, [70, 9, 5], Depth::Float).texels;
-            let baseline = on(InstructionSet::Baseline);
-            for set in InstructionSet::available() {
-                assert!(on(set) == baseline, "{} on {}", entry.material.name, set.name());
-            }
+            let sets = std::iter::once(InstructionSet::Baseline).chain(InstructionSet::available());
+            let texels: Vec<Texels> = sets
+                .map(|set| tabulate_on(set, &rows.lobes[0], 0, [70, 9, 5], Depth::Float).texels)
+                .collect();
+            assert!(texels.windows(2).all(|pair| pair[0] == pair[1]), "{}", entry.material.name);
         }
     }
 }

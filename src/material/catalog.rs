@@ -3,7 +3,8 @@
 use std::sync::LazyLock;
 
 use crate::material::embedded::numbers;
-use crate::material::parameters::{ChannelParams, MaskingParams, Material};
+use crate::material::lobe::MaskingParams;
+use crate::material::parameters::{ChannelParams, Material};
 use crate::material::refit::{SUFFIX, refit, refit_of};
 
 /// The table as published, one line per material and channel, rows r, g, b.
@@ -85,8 +86,9 @@ impl Edition {
     /// The edition that holds this very material.
     #[must_use]
     pub fn of(material: &Material) -> Option<Self> {
-        let holds = |edition: &Self| edition.material(&material.name) == Some(material);
-        [Self::Published, Self::Refit].into_iter().find(holds)
+        [Self::Published, Self::Refit]
+            .into_iter()
+            .find(|edition| edition.material(&material.name) == Some(material))
     }
 
     /// The other one.

@@ -6,7 +6,8 @@
 use std::sync::LazyLock;
 
 use crate::material::embedded::numbers;
-use crate::material::parameters::{LobeFields, LobeParams, MaskingParams, Material};
+use crate::material::lobe::{LobeFields, LobeParams, MaskingParams};
+use crate::material::parameters::Material;
 
 /// A line per material and lobe.
 const TABLE: &str = include_str!("merl100-refit.csv");

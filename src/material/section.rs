@@ -6,7 +6,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::material::file_error::{Located, Problem};
-use crate::material::parameters::{MaskingParams, ParameterError};
+use crate::material::lobe::MaskingParams;
+use crate::material::range::ParameterError;
 
 /// Keys of the masking fit.
 pub const MASKING: [&str; 3] = ["lambda", "c", "k"];

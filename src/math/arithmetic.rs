@@ -4,6 +4,8 @@
 //! Errors stated are relative, over the ranges named, without the rounding of the last operation.
 //! Coefficients interpolate the function at the Chebyshev nodes of its reduced interval.
 
+use std::ops::AddAssign;
+
 /// How a product is added: the one difference between instruction sets that bits show.
 pub trait Arithmetic {
     /// a·b + c.
@@ -172,8 +174,28 @@ pub fn sin_cos_turns<A: Arithmetic>(x: f32) -> (f32, f32) {
         polynomial::<A, 5>(f2, [1.0, -1.233_700_5, 0.253_669_2, -0.020_860_07, 0.000_903_628]);
     let swap = quadrant & 1 != 0;
     let (s, c) = if swap { (cos, sin) } else { (sin, cos) };
-    let sign = |negative: u32, value: f32| f32::from_bits(value.to_bits() ^ (negative << 31));
-    (sign(quadrant >> 1 & 1, s), sign((quadrant + 1) >> 1 & 1, c))
+    (signed(quadrant >> 1 & 1, s), signed((quadrant + 1) >> 1 & 1, c))
+}
+
+/// −value where `negative` is 1, value where it is 0.
+#[inline(always)]
+fn signed(negative: u32, value: f32) -> f32 {
+    f32::from_bits(value.to_bits() ^ (negative << 31))
+}
+
+/// The sum of a power of two of numbers, halves added until one is left: short chains of sums, whose
+/// order does not depend on the instruction set.
+#[inline(always)]
+pub fn sum_in_pairs<T: Copy + AddAssign, const N: usize>(mut numbers: [T; N]) -> T {
+    let mut half = N / 2;
+    while half > 0 {
+        for k in 0..half {
+            let other = numbers[k + half];
+            numbers[k] += other;
+        }
+        half /= 2;
+    }
+    numbers[0]
 }
 
 #[cfg(test)]

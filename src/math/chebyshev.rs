@@ -61,9 +61,12 @@ mod tests {
 
     use super::*;
 
+    fn cubic(x: f64) -> f64 {
+        1.0 - 2.0 * x + 0.5 * x.powi(3)
+    }
+
     #[test]
     fn a_polynomial_comes_back() {
-        let cubic = |x: f64| 1.0 - 2.0 * x + 0.5 * x.powi(3);
         let values = SVector::from(nodes::<6>().map(cubic));
         let coefficients = interpolation::<6>() * values;
         for (found, expected) in powers(&series(nodes::<6>().map(cubic))).iter().zip(&coefficients)

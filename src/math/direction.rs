@@ -74,6 +74,13 @@ pub fn cot_theta(w: DVec3) -> f64 {
     cos_theta(w) / sin_theta(w)
 }
 
+/// cotθ = cosθ/√((1 − cosθ)(1 + cosθ)) of cosθ alone; infinite at 1.
+#[inline]
+#[must_use]
+pub fn cot_of_cos(cos_theta: f64) -> f64 {
+    cos_theta / ((1.0 - cos_theta) * (1.0 + cos_theta)).sqrt()
+}
+
 /// tan²θ of a direction of any length (the length cancels); infinite at grazing.
 ///
 /// From the components: 1 − cos²θ would lose all digits of a sharp lobe's argument.

@@ -25,23 +25,30 @@ pub struct OctaveTable {
     pieces: Vec<[f64; ORDER]>,
 }
 
+/// The number of the quarter octave that x lies in: its leading bits.
+fn number(x: f64) -> u64 {
+    x.to_bits() >> PLACE_BITS
+}
+
+/// Where a quarter octave starts.
+fn border(number: u64) -> f64 {
+    f64::from_bits(number << PLACE_BITS)
+}
+
 impl OctaveTable {
     /// The table of `function`, which changes smoothly below `low` and is asked for up to `high`.
     #[must_use]
     pub fn new([low, high]: [f64; 2], mut function: impl FnMut(f64) -> f64) -> Self {
-        let number = |x: f64| x.to_bits() >> PLACE_BITS;
         let first = number(low);
         let end = number(high).max(first) + 1;
-        let border = |number: u64| f64::from_bits(number << PLACE_BITS);
         let start = border(first);
         let fit = interpolation::<ORDER>();
-        let mut piece = |low: f64, high: f64| -> [f64; ORDER] {
+        let octaves = (first..end).map(|number| [border(number), border(number + 1)]);
+        let pieces = std::iter::once([0.0, start]).chain(octaves).map(|[low, high]| {
             let x = nodes().map(|v| 0.5 * ((high + low) + (high - low) * v));
             (fit * SVector::from(x.map(&mut function))).into()
-        };
-        let below = piece(0.0, start);
-        let octaves = (first..end).map(|number| piece(border(number), border(number + 1)));
-        Self { first, start, pieces: std::iter::once(below).chain(octaves).collect() }
+        });
+        Self { first, start, pieces: pieces.collect() }
     }
 
     /// The function at x ≥ 0; `None` beyond the last piece.

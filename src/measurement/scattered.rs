@@ -163,11 +163,14 @@ impl Row {
 /// 2π sinθh dθh · 4 cosθd sinθd dθd · dφd over a box.
 fn solid_angles(bin: usize) -> f64 {
     let row = bin / BINS[2];
-    let ends =
-        |index: usize, count: usize| [index, index + 1].map(|edge| edge as f64 / count as f64);
     let [a, b] = ends(row / BINS[1], BINS[0]).map(|x| (FRAC_PI_2 * x * x).cos());
     let [c, d] = ends(row % BINS[1], BINS[1]).map(|x| (FRAC_PI_2 * x).sin().powi(2));
     TAU * (a - b) * 2.0 * (d - c) * TAU / BINS[2] as f64
+}
+
+/// Where one of `count` boxes starts and ends in [0, 1].
+fn ends(index: usize, count: usize) -> [f64; 2] {
+    [index, index + 1].map(|edge| edge as f64 / count as f64)
 }
 
 /// Where the columns of a row are.

@@ -243,10 +243,9 @@ mod tests {
                 let published = FittedMasking::new(params.masking.expect("published"));
                 let fresh = FittedMasking::fit(&exact);
                 let samples = fit_samples(&exact);
-                let squares = |fit: &FittedMasking| -> f64 {
+                let [fresh, published] = [fresh, published].map(|fit| -> f64 {
                     samples.iter().map(|(e, g1)| (fit.g1_at_elevation(*e) - g1).powi(2)).sum()
-                };
-                let (fresh, published) = (squares(&fresh), squares(&published));
+                });
                 assert!(fresh <= published * 1.01, "{}", entry.material.name);
             }
         }

@@ -2,6 +2,7 @@
 //! have to gather.
 
 use crate::math::chebyshev::{nodes, powers, series};
+use crate::math::direction::cot_of_cos;
 
 /// G1 = u·P(u) in u = c/(c + s), c = cosθ.
 ///
@@ -36,7 +37,7 @@ impl G1Polynomial {
         let values = nodes::<N>().map(|t| {
             let u = 0.5 * (t + 1.0) * last;
             let c = (scale * u / (1.0 - u).max(f64::MIN_POSITIVE)).clamp(GRAZING * scale, 1.0);
-            g1(c / ((1.0 - c) * (1.0 + c)).sqrt()) * (c + scale) / c
+            g1(cot_of_cos(c)) * (c + scale) / c
         });
         let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
         let coefficients = powers(needed(&series(values), accuracy * smallest));
@@ -75,24 +76,27 @@ mod tests {
     use super::*;
     use crate::microfacet::{Accuracy, Distribution as _, Sgd, grazing_limit};
 
+    /// v = P(u)/(c + s).
+    fn visibility(polynomial: &G1Polynomial, c: f64) -> f64 {
+        let t = polynomial.stretch * c / (c + polynomial.scale) - 1.0;
+        let ratio = polynomial.coefficients.iter().rev().fold(0.0, |sum, a| sum * t + a);
+        ratio / (c + polynomial.scale)
+    }
+
     #[test]
     fn the_polynomial_is_g1_and_its_slope_is_its_own() {
         for (alpha, p) in [(0.12, 0.8), (0.015, 0.46), (1e-3, 1.2)] {
             let sgd = Sgd::new(alpha, p, Accuracy::Table);
             let scale = 3.0 * grazing_limit(|cot| sgd.g1(cot));
             let polynomial = G1Polynomial::new::<20>(|cot| sgd.g1(cot), scale, 1.0, 0.0);
-            let ratio = |c: f64| {
-                let t = polynomial.stretch * c / (c + scale) - 1.0;
-                polynomial.coefficients.iter().rev().fold(0.0, |sum, a| sum * t + a)
-            };
             for c in [1e-6, 1e-3, 0.05, 0.3, 0.9] {
-                let g1 = ratio(c) * c / (c + scale);
+                let g1 = visibility(&polynomial, c) * c;
                 let exact = sgd.g1(c / (1.0_f64 - c * c).sqrt());
                 assert!((g1 / exact - 1.0).abs() < 2e-5, "{alpha} {p} {c}: {g1} {exact}");
             }
-            let v = |c: f64| ratio(c) / (c + scale);
             let step = 1e-6 * scale;
-            let slope = (v(step).ln() - v(0.0).ln()) / (step / (step + scale));
+            let [low, high] = [0.0, step].map(|c| visibility(&polynomial, c).ln());
+            let slope = (high - low) / (step / (step + scale));
             assert!((slope - polynomial.log_slope()).abs() < 1e-4 * (1.0 + slope.abs()));
         }
     }

@@ -28,8 +28,8 @@ impl G1Table {
     #[must_use]
     pub fn of(mixture: &BeckmannMixture) -> Self {
         let [narrowest, widest] = mixture.widths();
-        let ratio = |cot: f64| mixture.g1(cot) / cot;
-        Self(OctaveTable::new([LOW * narrowest, HIGH * widest], ratio))
+        let range = [LOW * narrowest, HIGH * widest];
+        Self(OctaveTable::new(range, |cot| mixture.g1(cot) / cot))
     }
 
     /// G1 at cotθ ≥ 0.

@@ -144,9 +144,8 @@ impl BeckmannMixture {
 
 impl Distribution for BeckmannMixture {
     fn slope_density(&self, tan2_theta: f64) -> f64 {
-        let density =
-            |c: &Component| c.weight * Beckmann { alpha: c.alpha }.slope_density(tan2_theta);
-        self.components.iter().map(density).sum()
+        let components = self.components.iter();
+        components.map(|c| c.weight * Beckmann { alpha: c.alpha }.slope_density(tan2_theta)).sum()
     }
 
     /// Λ = Σ w_j Λ_j: the slope density enters it linearly.
@@ -184,11 +183,11 @@ impl SharedMixture {
     #[must_use]
     pub fn of_lobe(&self, lobe: usize) -> BeckmannMixture {
         let components = self.alpha.iter().zip(&self.weights);
-        let component = |(alpha, weights): (&f64, &Vec<f64>)| Component {
+        let components = components.map(|(alpha, weights)| Component {
             alpha: *alpha,
             weight: weights.get(lobe).copied().unwrap_or(0.0),
-        };
-        BeckmannMixture::of(components.map(component).collect())
+        });
+        BeckmannMixture::of(components.collect())
     }
 }
 

@@ -252,30 +252,25 @@ mod tests {
         assert_eq!(SgdNdf::new(0.01, 0.5).ndf(f64::INFINITY), 0.0);
     }
 
+    /// ∫ D²/D_ggx cosθ dω over v = ln(1 + x/α²), where cosθ dω ∝ dx/(1+x)².
+    fn second_moment(ndf: &SgdNdf, alpha: f64, width: f64) -> f64 {
+        let (ggx, alpha2) = (Ggx { alpha: width }, alpha * alpha);
+        (0..20_000)
+            .map(|i| alpha2 * (f64::from(i) * 1e-3).exp_m1())
+            .filter(|x| *x < 40.0 * alpha)
+            .map(|x| ndf.ndf(x).powi(2) / ggx.ndf(x) * (alpha2 + x) / (1.0 + x).powi(2))
+            .sum()
+    }
+
     #[test]
     fn the_tuned_width_is_a_minimum() {
         for (name, channel) in [("chrome", 2), ("gold-paint", 1), ("pink-fabric", 0)] {
             let params = &find(name).expect("catalogue").channels[channel];
             let ndf = SgdNdf::new(params.alpha, params.p);
-            // ∫ D²/D_ggx cosθ dω over v = ln(1 + x/α²), where cosθ dω ∝ dx/(1+x)².
-            let second_moment = |width: f64| -> f64 {
-                let ggx = Ggx { alpha: width };
-                let alpha2 = params.alpha * params.alpha;
-                (0..20_000)
-                    .map(|i| alpha2 * (f64::from(i) * 1e-3).exp_m1())
-                    .filter(|x| *x < 40.0 * params.alpha)
-                    .map(|x| {
-                        let ratio = ndf.ndf(x).powi(2) / ggx.ndf(x);
-                        ratio * (alpha2 + x) / (1.0 + x).powi(2)
-                    })
-                    .sum()
-            };
             let tuned = tuned_ggx_width(&ndf);
-            let best = second_moment(tuned);
-            assert!(
-                best < second_moment(tuned * 1.05) && best < second_moment(tuned / 1.05),
-                "{name}"
-            );
+            let [narrower, best, wider] =
+                [0.95, 1.0, 1.05].map(|factor| second_moment(&ndf, params.alpha, factor * tuned));
+            assert!(best < narrower && best < wider, "{name}");
         }
     }
 }

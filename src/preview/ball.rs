@@ -94,9 +94,9 @@ mod tests {
         let material = &find("gold-paint").expect("in the catalogue").material;
         let brdf = SgdBrdf::new(material, MaskingKind::Fitted);
         let film = under_sun(&brdf, KEY_LIGHT, 32);
-        let at = |column: usize, row: usize| film.pixels[row * 32 + column];
-        assert_eq!(at(0, 0).alpha, 0.0);
-        assert!(at(10, 10).rgb[0] > 4.0 * at(21, 21).rgb[0]);
-        assert!(at(10, 10).rgb[0] > at(10, 10).rgb[2], "gold is yellow");
+        let [corner, upper_left, lower_right] = [0, 10, 21].map(|i| film.pixels[i * 32 + i]);
+        assert_eq!(corner.alpha, 0.0);
+        assert!(upper_left.rgb[0] > 4.0 * lower_right.rgb[0]);
+        assert!(upper_left.rgb[0] > upper_left.rgb[2], "gold is yellow");
     }
 }

@@ -65,8 +65,7 @@ mod tests {
     #[test]
     fn of_two_greys_the_difference_is_in_lightness() {
         // ΔE2000 = ΔL/(1 + 0.015 (L̄ − 50)²/√(20 + (L̄ − 50)²)) with L = 116 ∛Y − 16.
-        let lightness = |grey: f64| 116.0 * tone_map([grey; 3])[0].cbrt() - 16.0;
-        let [dark, light] = [0.1, 0.9].map(lightness);
+        let [dark, light] = [0.1, 0.9].map(|grey| 116.0 * tone_map([grey; 3])[0].cbrt() - 16.0);
         let from_50 = 0.5 * (dark + light) - 50.0;
         let weight = 1.0 + 0.015 * from_50.powi(2) / (20.0 + from_50.powi(2)).sqrt();
         let difference = delta_e2000([0.1; 3], [0.9; 3]);

@@ -107,11 +107,10 @@ impl Environment {
     ///
     /// [`EnvironmentError`]: the file cannot be read or decoded, or gives no light.
     pub fn load(path: &Path) -> Result<Self, EnvironmentError> {
-        let unreadable =
-            |reason: String| EnvironmentError::Unreadable { path: path.to_owned(), reason };
         let is_exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        let (width, pixels) =
-            if is_exr { read_exr(path) } else { read_hdr(path) }.map_err(unreadable)?;
+        let image = if is_exr { read_exr(path) } else { read_hdr(path) };
+        let (width, pixels) = image
+            .map_err(|reason| EnvironmentError::Unreadable { path: path.to_owned(), reason })?;
         Self::new(width, &pixels)
     }
 

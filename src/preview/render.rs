@@ -322,14 +322,14 @@ mod tests {
     fn threads_do_not_change_the_picture() {
         let (surface, gold) = gold();
         let room = Environment::studio();
-        let picture = |threads: usize| {
+        let [one, three] = [1, 3].map(|threads| {
             let pool =
                 rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             pool.install(|| render(&Shape::Ball, &room, &surface, [&gold], QUALITY, &|| ()))
-        };
-        assert!(picture(1) == picture(3));
+        });
+        assert!(one == three);
         let other = Quality { seed: 8, ..QUALITY };
-        assert!(picture(1) != render(&Shape::Ball, &room, &surface, [&gold], other, &|| ()));
+        assert!(one != render(&Shape::Ball, &room, &surface, [&gold], other, &|| ()));
     }
 
     /// The standard error that is stated against the scatter of pictures with other seeds.

@@ -183,8 +183,10 @@ mod tests {
     fn octahedron() -> Mesh {
         let mut triangles = Vec::new();
         for signs in 0..8 {
-            let sign = |bit: u32| if signs >> bit & 1 == 0 { 5.0 } else { -5.0 };
-            let corners = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
+            let corners = [DVec3::X, DVec3::Y, DVec3::Z];
+            let corners = [0, 1, 2].map(|bit| {
+                if signs >> bit & 1 == 0 { 5.0 * corners[bit] } else { -5.0 * corners[bit] }
+            });
             triangles.push(Triangle::new(corners, Some(corners.map(DVec3::normalize))));
         }
         Mesh::new(triangles).expect("a solid")

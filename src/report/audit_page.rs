@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use crate::material::Channel;
 use crate::report::audit::{Audit, ChannelAudit, Stored};
 use crate::report::laws::Law;
+use crate::report::number::or_dash;
 
 /// The audit of any number of materials as one page: the laws, then what the published numbers
 /// do beyond them.
@@ -71,8 +72,7 @@ fn findings(audits: &[Audit]) -> String {
          |---|---|---|---|---|---|\n",
     );
     for (name, channel) in odd {
-        let from =
-            channel.gains_energy_from_deg.map_or("–".to_owned(), |angle| format!("{angle:.1}°"));
+        let from = or_dash(channel.gains_energy_from_deg, |angle| format!("{angle:.1}°"));
         let [low, high] = channel.fresnel;
         let _ = writeln!(
             text,

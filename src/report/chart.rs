@@ -328,6 +328,21 @@ mod tests {
         assert!(svg.contains("d=\"M52.0 162.0L288.0 26.0\""), "{svg}");
     }
 
+    /// The places of the labels of a drawing.
+    fn labels(chart: &Chart) -> Vec<[f64; 2]> {
+        chart.svg().split("class=\"name m").skip(1).filter_map(place).collect()
+    }
+
+    /// The left end of a label, its attributes' text given.
+    fn place(label: &str) -> Option<[f64; 2]> {
+        let left = if label.starts_with(" end") { -35.0 } else { 0.0 };
+        Some([attribute(label, "x=\"")? + left, attribute(label, "y=\"")?])
+    }
+
+    fn attribute(text: &str, key: &str) -> Option<f64> {
+        text.split(key).nth(1)?.split('"').next()?.parse().ok()
+    }
+
     #[test]
     fn labels_stand_clear_or_not_at_all() {
         let mark =
@@ -340,17 +355,6 @@ mod tests {
             curves: vec![],
             marks: vec![mark; 9],
             key: vec![],
-        };
-        let labels = |chart: &Chart| {
-            let svg = chart.svg();
-            let number = |text: &str, key: &str| {
-                text.split(key).nth(1)?.split('"').next()?.parse::<f64>().ok()
-            };
-            let place = |text: &str| {
-                let left = if text.starts_with(" end") { -35.0 } else { 0.0 };
-                Some([number(text, "x=\"")? + left, number(text, "y=\"")?])
-            };
-            svg.split("class=\"name m").skip(1).filter_map(place).collect::<Vec<_>>()
         };
         let places = labels(&chart);
         assert_eq!(places.len(), 6, "six boxes around one place, nine points");

@@ -113,9 +113,9 @@ impl Reference {
         let (mut off, mut total) = (0.0, 0.0);
         for ((pair, measured), found) in self.pairs.iter().zip(&self.f).zip(values) {
             for side in (0..2).filter(|side| !measured[*side][c].is_nan()) {
-                let transformed = |f: f64| metric.transform(f, pair.cos_theta[side]).0;
-                let exact = transformed(measured[side][c]);
-                off += pair.weights[side] * (transformed(found[side][c]) - exact).powi(2);
+                let [exact, found] =
+                    [measured, found].map(|f| metric.transform(f[side][c], pair.cos_theta[side]).0);
+                off += pair.weights[side] * (found - exact).powi(2);
                 total += pair.weights[side] * exact * exact;
             }
         }
@@ -149,11 +149,12 @@ impl Reference {
                     continue;
                 }
                 let (cos, weight) = (pair.cos_theta[side], pair.weights[side]);
-                let lightness = |f: f64| Metric::CubeRoot.transform(f, cos).0;
+                let [exact_lightness, fitted_lightness] =
+                    [exact, fitted].map(|f| Metric::CubeRoot.transform(f, cos).0);
                 off += weight * cos * (fitted - exact).abs();
                 total += weight * cos * exact;
-                off2 += weight * (lightness(fitted) - lightness(exact)).powi(2);
-                total2 += weight * lightness(exact).powi(2);
+                off2 += weight * (fitted_lightness - exact_lightness).powi(2);
+                total2 += weight * exact_lightness.powi(2);
                 weights += weight * cos;
             }
         }
@@ -227,30 +228,34 @@ fn towards(angle: f64) -> DVec3 {
 }
 
 fn suns() -> Vec<Pixel> {
-    let under = |sun: DVec3| {
-        normals().filter(move |normal| normal.dot(sun) > LIT).map(move |normal| {
-            let to_local = frame(normal).transpose();
-            let wi = to_local * sun;
-            Pixel { pairs: vec![[wi, to_local * TO_VIEWER]], weights: vec![PI * wi.z] }
-        })
-    };
-    SUNS.into_iter().map(towards).flat_map(under).collect()
+    SUNS.into_iter().map(towards).flat_map(under_sun).collect()
 }
 
 fn highlights() -> Vec<Pixel> {
+    SUNS.into_iter().map(towards).flat_map(under_area_light).collect()
+}
+
+/// The pixels that a sun lights.
+fn under_sun(sun: DVec3) -> impl Iterator<Item = Pixel> {
+    normals().filter(move |normal| normal.dot(sun) > LIT).map(move |normal| {
+        let to_local = frame(normal).transpose();
+        let wi = to_local * sun;
+        Pixel { pairs: vec![[wi, to_local * TO_VIEWER]], weights: vec![PI * wi.z] }
+    })
+}
+
+/// The pixels of the highlight of a small area light about a direction.
+fn under_area_light(light: DVec3) -> impl Iterator<Item = Pixel> {
     let near = HIGHLIGHT.to_radians().cos();
-    let under = |sun: DVec3| {
-        let h = (sun + TO_VIEWER).normalize();
-        let lit = normals().filter(move |n| n.dot(sun) > 2.0 * LIT && n.dot(h) > near);
-        lit.map(move |normal| {
-            let to_local = frame(normal).transpose();
-            let wo = to_local * TO_VIEWER;
-            let pairs: Vec<[DVec3; 2]> = disc(sun).map(|light| [to_local * light, wo]).collect();
-            let scale = LIGHT_IRRADIANCE * PI / LIGHT_POINTS as f64;
-            Pixel { weights: pairs.iter().map(|[wi, _]| scale * wi.z.max(0.0)).collect(), pairs }
-        })
-    };
-    SUNS.into_iter().map(towards).flat_map(under).collect()
+    let h = (light + TO_VIEWER).normalize();
+    let lit = normals().filter(move |n| n.dot(light) > 2.0 * LIT && n.dot(h) > near);
+    lit.map(move |normal| {
+        let to_local = frame(normal).transpose();
+        let wo = to_local * TO_VIEWER;
+        let pairs: Vec<[DVec3; 2]> = disc(light).map(|point| [to_local * point, wo]).collect();
+        let scale = LIGHT_IRRADIANCE * PI / LIGHT_POINTS as f64;
+        Pixel { weights: pairs.iter().map(|[wi, _]| scale * wi.z.max(0.0)).collect(), pairs }
+    })
 }
 
 /// Points spread evenly over a disc about a direction (a sunflower's).

@@ -48,21 +48,22 @@ pub fn estimate(
         Estimator::Published => {
             let last = brdf.lobes.len().saturating_sub(1);
             let lobes = material.channel_lobes().unwrap_or([0, 1, 2].map(|c: usize| c.min(last)));
-            let weight = |u| {
-                [0, 1, 2].map(|c| match brdf.lobes.get(lobes[c]) {
-                    Some(_) => published_sample(&brdf, c, lobes[c], wo, u).printed,
-                    None => brdf.rho_d[c],
-                })
-            };
-            moments(&weight, n, seed)
+            moments(&|u| published_weight(&brdf, lobes, wo, u), n, seed)
         }
         Estimator::Sampled(strategy) => {
             let sampler = Sampler::new(material, masking, strategy);
-            let weight = |u| sampler.sample_with_weight(wo, u).map_or([0.0; 3], |s| s.weight);
-            moments(&weight, n, seed)
+            moments(&|u| sampler.sample_with_weight(wo, u).map_or([0.0; 3], |s| s.weight), n, seed)
         }
     };
     std::array::from_fn(|c| moments[c].estimate(quadrature[c]))
+}
+
+/// The weight of a draw of the published estimator, by each colour's lobe; ρd where it has none.
+fn published_weight(brdf: &SgdBrdf, lobes: [usize; 3], wo: DVec3, u: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|c| match brdf.lobes.get(lobes[c]) {
+        Some(_) => published_sample(brdf, c, lobes[c], wo, u).printed,
+        None => brdf.rho_d[c],
+    })
 }
 
 /// Running mean and sum of squared deviations of one channel's draws.

@@ -88,11 +88,9 @@ pub fn audit_measured(name: &str, measurement: &Measurement) -> MeasuredAudit {
 }
 
 fn band(measurement: &Measurement, samples: &[Sample], from_deg: f64, to_deg: f64) -> Band {
-    let within = |sample: &&Sample| {
-        let theta = sample.wi.z.min(sample.wo.z).clamp(0.0, 1.0).acos().to_degrees();
-        (from_deg..to_deg).contains(&theta)
-    };
-    let samples: Vec<&Sample> = samples.iter().filter(within).collect();
+    let range = from_deg..to_deg;
+    let samples: Vec<&Sample> =
+        samples.iter().filter(|sample| range.contains(&elevation_deg(sample))).collect();
     let spread = samples.par_iter().filter_map(|s| Spread::of(measurement, s.wi, s.wo).relative);
     let swapped = samples.par_iter().filter_map(|s| asymmetry(measurement, s.wi, s.wo));
     Band {
@@ -104,10 +102,14 @@ fn band(measurement: &Measurement, samples: &[Sample], from_deg: f64, to_deg: f6
     }
 }
 
+/// The larger of θi and θo \[degrees\].
+fn elevation_deg(sample: &Sample) -> f64 {
+    sample.wi.z.min(sample.wo.z).clamp(0.0, 1.0).acos().to_degrees()
+}
+
 /// |f(wi, wo) − f(wo, wi)| relative to their mean; none where one was not measured, or both are 0.
 fn asymmetry(reflectance: &dyn Reflectance, wi: DVec3, wo: DVec3) -> Option<f64> {
-    let grey = |f: [f64; 3]| f.iter().sum::<f64>();
-    let (a, b) = (grey(reflectance.eval(wi, wo)), grey(reflectance.eval(wo, wi)));
+    let [a, b] = [(wi, wo), (wo, wi)].map(|(wi, wo)| reflectance.eval(wi, wo).iter().sum::<f64>());
     (a + b > 0.0).then(|| 2.0 * (a - b).abs() / (a + b))
 }
 
@@ -122,11 +124,11 @@ fn energy(measurement: &Measurement) -> [Energy; 3] {
         .map(|theta_deg| albedo(measurement, spherical(theta_deg.to_radians(), 0.0)))
         .collect();
     [0, 1, 2].map(|c| {
-        let at = |(theta_deg, albedo): (&f64, &[f64; 3])| AlbedoAt {
-            theta_deg: *theta_deg,
-            albedo: albedo[c],
-        };
-        let albedo: Vec<AlbedoAt> = ALBEDO_ANGLES.iter().zip(&albedos).map(at).collect();
+        let albedo: Vec<AlbedoAt> = ALBEDO_ANGLES
+            .into_iter()
+            .zip(&albedos)
+            .map(|(theta_deg, albedo)| AlbedoAt { theta_deg, albedo: albedo[c] })
+            .collect();
         let gaining = albedo.iter().find(|at| at.albedo > 1.0);
         Energy {
             channel: Channel::ALL[c],

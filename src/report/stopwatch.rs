@@ -127,12 +127,12 @@ mod tests {
     #[test]
     fn every_round_runs_every_job_in_turn() {
         let calls = std::cell::RefCell::new(Vec::new());
-        let job = |name: char| {
+        let jobs = ['a', 'b'].map(|name| {
             let calls = &calls;
             Job { run: Box::new(move || calls.borrow_mut().push(name)), evaluations: 10 }
-        };
+        });
         let patience = Patience { repeats: 3, round: Duration::ZERO };
-        let rounds = measure(vec![job('a'), job('b')], patience);
+        let rounds = measure(jobs.into(), patience);
         assert_eq!(rounds.timings().iter().map(|t| t.repeats).collect::<Vec<_>>(), [3, 3]);
         assert_eq!(calls.borrow().iter().collect::<String>(), "ab".repeat(1 + 3));
     }

@@ -17,10 +17,11 @@ pub const FILE: &str = "view.html";
 /// The address of a material on the page beside its sheet.
 #[must_use]
 pub fn address(name: &str) -> String {
-    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.~@".contains(&byte);
-    let encoded = name.bytes().map(|byte| match plain(byte) {
-        true => char::from(byte).to_string(),
-        false => format!("%{byte:02X}"),
+    let encoded = name.bytes().map(|byte| match byte {
+        b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' | b'@' => {
+            char::from(byte).to_string()
+        }
+        byte => format!("%{byte:02X}"),
     });
     format!("{FILE}#{}", encoded.collect::<String>())
 }

@@ -33,14 +33,14 @@ impl Scene {
         let ball = Self::ball(segments)?;
         let mut document: Value = serde_json::from_str(&ball.text)?;
         let primitive = document["meshes"][0]["primitives"][0].take();
-        let mesh = |(index, slot): (usize, &&str)| {
+        let meshes = slots.iter().enumerate().map(|(index, slot)| {
             let mut primitive = primitive.clone();
             primitive["material"] = index.into();
             json!({"name": slot, "primitives": [primitive]})
-        };
-        document["meshes"] = slots.iter().enumerate().map(mesh).collect();
-        let node = |(index, slot): (usize, &&str)| json!({"name": slot, "mesh": index});
-        document["nodes"] = slots.iter().enumerate().map(node).collect();
+        });
+        document["meshes"] = meshes.collect();
+        let nodes = slots.iter().enumerate();
+        document["nodes"] = nodes.map(|(i, slot)| json!({"name": slot, "mesh": i})).collect();
         document["materials"] = slots.iter().map(|slot| json!({"name": slot})).collect();
         document["scenes"][0]["nodes"] = (0..slots.len()).collect();
         Self::new(document.to_string(), ball.bin, None, Source::Built(None))

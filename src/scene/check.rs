@@ -109,17 +109,21 @@ fn element_size(accessor: &Accessor) -> Option<u64> {
         5125 | 5126 => 4,
         _ => return None,
     };
-    let column = |rows: u64| (rows * component).next_multiple_of(4);
     Some(match &*accessor.kind {
         "SCALAR" => component,
         "VEC2" => 2 * component,
         "VEC3" => 3 * component,
         "VEC4" => 4 * component,
-        "MAT2" => 2 * column(2),
-        "MAT3" => 3 * column(3),
-        "MAT4" => 4 * column(4),
+        "MAT2" => 2 * column(2, component),
+        "MAT3" => 3 * column(3, component),
+        "MAT4" => 4 * column(4, component),
         _ => return None,
     })
+}
+
+/// Bytes of a column of a matrix.
+fn column(rows: u64, component: u64) -> u64 {
+    (rows * component).next_multiple_of(4)
 }
 
 fn check_mesh(outline: &Outline, i: usize, mesh: &Mesh) -> Result<(), SceneError> {

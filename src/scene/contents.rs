@@ -112,6 +112,10 @@ const MAX_TEXTURE_BYTES: u64 = 12 * 16384 * 16384 + (64 << 20);
 /// Bytes of a manifest of the most rows, each with a name of the longest.
 const MAX_MANIFEST_BYTES: u64 = 1 << 30;
 
+fn check_size(found: u64, most: u64, kind: &'static str) -> Result<(), ContentsError> {
+    if found > most { Err(ContentsError::Size { kind, found, most }) } else { Ok(()) }
+}
+
 impl Contents {
     /// Reads the contents of a file: a texture by its first bytes or its name, a manifest by its
     /// name, else a scene.
@@ -124,22 +128,18 @@ impl Contents {
         if !metadata.is_file() {
             return Err(ContentsError::Scene(SceneError::NotAFile));
         }
-        let at_most = |most: u64, kind: &'static str| match metadata.len() {
-            found if found > most => Err(ContentsError::Size { kind, found, most }),
-            _ => Ok(()),
-        };
         let mut start = Vec::new();
         fs::File::open(path)?.take(12).read_to_end(&mut start)?;
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
         if Format::of(&start).is_some() {
-            at_most(MAX_TEXTURE_BYTES, "a texture")?;
+            check_size(metadata.len(), MAX_TEXTURE_BYTES, "a texture")?;
             return Ok(Self::of_texture(&fs::read(path)?)?);
         }
         if ending.parse::<Format>().is_ok() {
             return Ok(Self::of_texture(&start)?);
         }
         if ending == "json" {
-            at_most(MAX_MANIFEST_BYTES, "a manifest")?;
+            check_size(metadata.len(), MAX_MANIFEST_BYTES, "a manifest")?;
             return Ok(Self::of_manifest(&fs::read_to_string(path)?)?);
         }
         Ok(Self::of_scene(&Scene::open(path)?))

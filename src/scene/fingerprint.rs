@@ -27,9 +27,12 @@ fn member(mark: &str) -> String {
 #[must_use]
 pub fn is_unedited(text: &str) -> Option<bool> {
     let marks = marks(text);
-    let fits =
-        |mark: &String| fingerprint(&text.replace(&member(mark), &member(PLACEHOLDER))) == *mark;
-    (!marks.is_empty()).then(|| marks.iter().any(fits))
+    (!marks.is_empty()).then(|| marks.iter().any(|mark| is_mark_of(mark, text)))
+}
+
+/// Returns whether a mark is the fingerprint of the document that it stands in.
+fn is_mark_of(mark: &str, text: &str) -> bool {
+    fingerprint(&text.replace(&member(mark), &member(PLACEHOLDER))) == mark
 }
 
 /// The marks of all materials.

@@ -22,14 +22,17 @@ mod bytes;
 mod check;
 mod container;
 mod contents;
+mod conversion;
 mod draft;
 mod error;
 mod export;
 mod fingerprint;
 mod glb;
+mod job;
 mod material;
 mod obj;
 mod outline;
+mod output_file;
 mod prune;
 mod resource;
 mod restore;
@@ -51,8 +54,8 @@ pub use bytes::Bytes;
 pub use container::Container;
 pub use contents::{Contents, ContentsError, Kind, MaterialContent, SceneContent, SlotContent};
 pub use error::SceneError;
-pub use export::{Export, OutputFile};
 pub use fingerprint::is_unedited;
+pub use output_file::{Export, OutputFile};
 pub use slot::{Pattern, Slot, SlotId, resolve};
 pub use triangles::Triangle;
 
@@ -65,7 +68,6 @@ use glb::Glb;
 use outline::Outline;
 use resource::Resource;
 use text::Pieces;
-use walk::Member;
 
 /// The number of each kind of thing in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -247,21 +249,16 @@ impl Scene {
     /// the scene's folder is passed over.
     fn extension_files(&self, replaced: &BTreeSet<usize>) -> serde_json::Result<Vec<Resource>> {
         let mut uris = BTreeSet::new();
-        let mut take = |member: &Member<'_>| {
-            if member.key == "uri" {
-                uris.extend(member.text());
-            }
-        };
         let root = Pieces::object(&self.text)?;
         let apart = ["buffers", "images", "materials"];
         for (_, raw) in root.members().filter(|(key, _)| !apart.contains(key)) {
-            walk::visit(raw, &mut take);
+            take_uris(raw, &mut uris);
         }
         let materials = Pieces::array(root.get("materials").unwrap_or("[]"))?;
         for (index, raw) in materials.values().enumerate() {
             match replaced.contains(&index) {
-                true => walk::visit(&material::without_extension(raw)?, &mut take),
-                false => walk::visit(raw, &mut take),
+                true => take_uris(&material::without_extension(raw)?, &mut uris),
+                false => take_uris(raw, &mut uris),
             }
         }
         let resources = uris.iter().filter_map(|uri| Resource::new(uri).ok()?);
@@ -281,4 +278,13 @@ impl Scene {
             Source::Built(folder) => folder.as_deref().unwrap_or(Path::new(".")),
         }
     }
+}
+
+/// Takes the addresses that members `uri` of a JSON value name.
+fn take_uris(raw: &str, uris: &mut BTreeSet<String>) {
+    walk::visit(raw, &mut |member| {
+        if member.key == "uri" {
+            uris.extend(member.text());
+        }
+    });
 }

@@ -273,13 +273,17 @@ struct Versioned {
     asset: AssetInfo,
 }
 
+/// The failure of a whole document.
+fn refused(reason: &str) -> SceneError {
+    SceneError::Invalid("the document".into(), reason.into())
+}
+
 impl Outline {
     /// Reads the arrays of a document.
     ///
     /// # Errors
     /// Text that is not JSON, and members of the wrong type.
     pub fn read(text: &str) -> Result<Self, SceneError> {
-        let refused = |reason: &str| SceneError::Invalid("the document".into(), reason.into());
         if text.starts_with('\u{feff}') {
             return Err(refused("starts with a byte order mark; save it as UTF-8 without one"));
         }

@@ -42,17 +42,20 @@ impl Resource {
     /// # Errors
     /// [`SceneError::Missing`], and [`SceneError::Uri`] for a link that leaves the folder.
     pub fn locate(&self, folder: &Path) -> Result<PathBuf, SceneError> {
-        let missing = |source| SceneError::Missing { uri: self.uri.clone(), source };
-        let folder = folder.canonicalize().map_err(missing)?;
-        let file = folder.join(&self.path).canonicalize().map_err(missing)?;
+        let folder = folder.canonicalize().map_err(|source| self.missing(source))?;
+        let file = folder.join(&self.path).canonicalize().map_err(|source| self.missing(source))?;
         if !file.starts_with(&folder) {
             let reason = "is a link out of the scene's folder";
             return Err(SceneError::Uri { uri: self.uri.clone(), reason });
         }
         if !file.is_file() {
-            return Err(missing(io::Error::other("not a regular file")));
+            return Err(self.missing(io::Error::other("not a regular file")));
         }
         Ok(file)
+    }
+
+    fn missing(&self, source: io::Error) -> SceneError {
+        SceneError::Missing { uri: self.uri.clone(), source }
     }
 }
 

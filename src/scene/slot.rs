@@ -43,6 +43,11 @@ pub struct Slot {
 }
 
 impl Slot {
+    /// A slot that nothing uses yet.
+    fn unused(id: SlotId, name: Option<String>) -> Self {
+        Self { id, name, meshes: Vec::new(), primitives: 0, triangles: 0, used: false }
+    }
+
     /// The name, `#index` without one, `(none)` for primitives without a material.
     pub fn label(&self) -> String {
         match (self.id, &self.name) {
@@ -65,12 +70,10 @@ impl fmt::Display for Slot {
 
 /// The slots of a document, in the order of its materials, `(none)` last.
 pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
-    let slot =
-        |id, name| Slot { id, name, meshes: Vec::new(), primitives: 0, triangles: 0, used: false };
     let materials = outline.materials.iter().enumerate();
     let mut slots: Vec<_> =
-        materials.map(|(i, material)| slot(SlotId::Material(i), material.name.clone())).collect();
-    let mut none = slot(SlotId::Unassigned, None);
+        materials.map(|(i, m)| Slot::unused(SlotId::Material(i), m.name.clone())).collect();
+    let mut none = Slot::unused(SlotId::Unassigned, None);
     for (index, mesh) in outline.meshes.iter().enumerate() {
         let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
         for primitive in &mesh.primitives {

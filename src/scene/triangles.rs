@@ -1,5 +1,7 @@
 //! The triangles of a scene, for a program that looks at it instead of passing it on.
 
+use std::fmt;
+
 use base64::{Engine as _, prelude::BASE64_STANDARD};
 use glam::{DMat4, DVec3, Mat4, Vec3};
 use gltf::mesh::Mode;
@@ -23,9 +25,9 @@ impl Scene {
     /// A document that is not valid glTF or requires an extension that is not read (compressed
     /// geometry), and buffers that cannot be read.
     pub fn triangles(&self) -> Result<Vec<Triangle>, SceneError> {
-        let invalid =
-            |error: gltf::Error| SceneError::Invalid("document".into(), error.to_string());
-        let document = gltf::Gltf::from_slice(self.text.as_bytes()).map_err(invalid)?.document;
+        let document = gltf::Gltf::from_slice(self.text.as_bytes())
+            .map_err(|error| SceneError::Invalid("document".into(), error.to_string()))?
+            .document;
         let buffers = document.buffers().map(|b| self.buffer(&b)).collect::<Result<Vec<_>, _>>()?;
         let mut triangles = Vec::new();
         let scene = document.default_scene().or_else(|| document.scenes().next());
@@ -42,11 +44,9 @@ impl Scene {
     }
 
     fn buffer(&self, buffer: &gltf::Buffer<'_>) -> Result<Vec<u8>, SceneError> {
-        let place = format!("buffers/{}", buffer.index());
-        let absent = |what: &str| SceneError::Invalid(place.clone(), what.to_owned());
         let uri = match buffer.source() {
             gltf::buffer::Source::Bin => {
-                let pieces = self.bin.as_ref().ok_or_else(|| absent("no BIN chunk"))?;
+                let pieces = self.bin.as_ref().ok_or_else(|| invalid(buffer, "no BIN chunk"))?;
                 let mut bytes = Vec::new();
                 pieces.iter().try_for_each(|piece| piece.write_to(&mut bytes))?;
                 return Ok(bytes);
@@ -56,11 +56,16 @@ impl Scene {
         match Resource::new(uri)? {
             Some(resource) => Ok(std::fs::read(resource.locate(self.folder())?)?),
             None => {
-                let data = uri.split_once(";base64,").ok_or_else(|| absent("no base64 data"))?.1;
-                BASE64_STANDARD.decode(data).map_err(|error| absent(&error.to_string()))
+                let data = uri.split_once(";base64,");
+                let (_, data) = data.ok_or_else(|| invalid(buffer, "no base64 data"))?;
+                BASE64_STANDARD.decode(data).map_err(|error| invalid(buffer, error))
             }
         }
     }
+}
+
+fn invalid(buffer: &gltf::Buffer<'_>, what: impl fmt::Display) -> SceneError {
+    SceneError::Invalid(format!("buffers/{}", buffer.index()), what.to_string())
 }
 
 fn append(

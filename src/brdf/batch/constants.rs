@@ -105,16 +105,23 @@ impl LobeConstants {
 impl ColourConstants {
     fn new(lobe: &LobeParams, c: usize) -> Self {
         let (specular, f0, f1) = (lobe.rho_s()[c] * FRAC_1_PI, lobe.f0()[c], lobe.f1()[c]);
-        let fresnel = |scale: f64| FresnelConstants {
-            normal: single(scale * (f0 - f1)),
-            schlick: single(scale * (1.0 - f0)),
-            f1: single(scale * f1),
-        };
-        Self { fresnel: fresnel(1.0), specular: (specular != 0.0).then(|| fresnel(specular)) }
+        Self {
+            fresnel: FresnelConstants::new(1.0, f0, f1),
+            specular: (specular != 0.0).then(|| FresnelConstants::new(specular, f0, f1)),
+        }
     }
 }
 
 impl FresnelConstants {
+    /// F times `scale`.
+    fn new(scale: f64, f0: f64, f1: f64) -> Self {
+        Self {
+            normal: single(scale * (f0 - f1)),
+            schlick: single(scale * (1.0 - f0)),
+            f1: single(scale * f1),
+        }
+    }
+
     /// F at ε = 1 − cosθd, as (f0 − f1) + (1 − f0) ε⁵ + f1 ε: no cancellation towards ε = 0.
     #[inline(always)]
     pub fn at<A: Arithmetic>(&self, FresnelAt { e, e5 }: FresnelAt) -> f32 {

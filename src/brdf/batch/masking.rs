@@ -2,6 +2,7 @@
 
 use crate::brdf::batch::kernel::{BLOCK, Lanes};
 use crate::math::arithmetic::{Arithmetic, Separate, atan2, exp_m1, ln_1p, max, min};
+use crate::math::direction::cot_of_cos;
 use crate::microfacet::{
     Distribution as _, FittedMasking, G1Polynomial, Sgd, SingleG1Table, grazing_limit,
 };
@@ -161,13 +162,14 @@ impl SingleG1Polynomial {
         let scale = f64::from(self.scale);
         let steps = (1..STEPS).map(|k| f64::from(k) / f64::from(STEPS) / (1.0 + scale));
         let inside = steps.map(|u| scale * u / (1.0 - u));
-        let error = |cos: f64| {
-            let single = cos as f32;
-            let cos = f64::from(single);
-            let expected = exact.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt());
-            (f64::from(self.unclamped_g1::<Separate>(single)) / expected - 1.0).abs()
-        };
-        inside.chain([1e-6 * scale, 1e-3 * scale]).map(error).fold(0.0, f64::max)
+        let places = inside.chain([1e-6 * scale, 1e-3 * scale]).map(|cos| cos as f32);
+        places.map(|cos| self.error_at(exact, cos)).fold(0.0, f64::max)
+    }
+
+    /// The relative error of G1 at cosθ.
+    fn error_at(&self, exact: &Sgd, cos: f32) -> f64 {
+        let expected = exact.g1(cot_of_cos(f64::from(cos)));
+        (f64::from(self.unclamped_g1::<Separate>(cos)) / expected - 1.0).abs()
     }
 
     /// P(u) by its first `N` coefficients, an even number.

@@ -227,14 +227,13 @@ impl<'p, R: BufRead> Lines<'p, R> {
 
     /// The parts of a corner `v/vt/vn`. Indices are at least 1, or count back from the last one.
     fn corner(&self, corner: &[u8]) -> Result<Layout, String> {
-        let invalid = || format!("{:?} is not a face corner", String::from_utf8_lossy(corner));
         let mut present = [false; 3];
         let mut at = 0;
         for (kind, digits) in corner.split(|byte| *byte == b'/').enumerate() {
-            let present = present.get_mut(kind).ok_or_else(invalid)?;
+            let present = present.get_mut(kind).ok_or_else(|| not_a_corner(corner))?;
             *present = !digits.is_empty();
             at = kind;
-            if *present && !self.in_range(kind, digits).ok_or_else(invalid)? {
+            if *present && !self.in_range(kind, digits).ok_or_else(|| not_a_corner(corner))? {
                 return Err(format!(
                     "index {} is out of range, there are {} so far",
                     String::from_utf8_lossy(digits),
@@ -244,7 +243,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
         }
         match present[0] && at < 3 {
             true => Ok(Layout { texcoords: present[1], normals: present[2] }),
-            false => Err(invalid()),
+            false => Err(not_a_corner(corner)),
         }
     }
 
@@ -336,6 +335,10 @@ impl<R: BufRead> Read for Lines<'_, R> {
         self.consume(read);
         Ok(read)
     }
+}
+
+fn not_a_corner(corner: &[u8]) -> String {
+    format!("{:?} is not a face corner", String::from_utf8_lossy(corner))
 }
 
 #[cfg(test)]

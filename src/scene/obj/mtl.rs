@@ -8,7 +8,7 @@ use tobj::Material;
 use crate::scene::{
     SceneError,
     build::Parts,
-    export::mime,
+    conversion::mime,
     resource::{Resource, percent_encode},
 };
 
@@ -97,6 +97,11 @@ fn completed(text: &str) -> String {
     completed
 }
 
+/// A number that the parser leaves as text.
+fn number(mtl: &Material, key: &str) -> Option<f32> {
+    mtl.unknown_param.get(key)?.split_whitespace().next()?.parse().ok()
+}
+
 struct Writer<'a> {
     folder: &'a Path,
     warnings: &'a mut Vec<String>,
@@ -108,15 +113,13 @@ impl Writer<'_> {
     /// Kd and d are the base colour, Ke the emission; roughness is Pr, or 1 − √(Ns/1000) as
     /// is usual for shininess; Pm is metallic.
     fn material(&mut self, mtl: &Material) -> Result<Value, SceneError> {
-        let number =
-            |key: &str| mtl.unknown_param.get(key)?.split_whitespace().next()?.parse().ok();
         let [r, g, b] = mtl.diffuse.unwrap_or([0.8; 3]).map(unit);
         let alpha = unit(mtl.dissolve.unwrap_or(1.0));
         let shininess = mtl.shininess.map(|ns| 1.0 - (unit(ns / 1000.0)).sqrt());
-        let roughness = number("Pr").map(unit).or(shininess).unwrap_or(1.0);
+        let roughness = number(mtl, "Pr").map(unit).or(shininess).unwrap_or(1.0);
         let mut reflection = json!({
             "baseColorFactor": [r, g, b, alpha],
-            "metallicFactor": number("Pm").map_or(0.0, unit),
+            "metallicFactor": number(mtl, "Pm").map_or(0.0, unit),
             "roughnessFactor": roughness,
         });
         if let Some(texture) = self.texture(mtl.diffuse_texture.as_deref())? {

@@ -43,9 +43,9 @@ fn with_normals(mut part: Part, sums: &HashMap<Corner, Vec3>) -> Part {
         (false, _) => {}
         (true, false) => part.surface = flat(&part.surface),
         (true, true) => {
-            let sum =
-                |p: &[f32; 3]| sums.get(&(part.shading, key(*p))).copied().unwrap_or_default();
-            part.surface.normals = part.surface.positions.iter().map(|p| sum(p).into()).collect();
+            let corners = part.surface.positions.iter().map(|p| (part.shading, key(*p)));
+            let sums = corners.map(|corner| sums.get(&corner).copied().unwrap_or_default());
+            part.surface.normals = sums.map(Into::into).collect();
         }
     }
     for normal in &mut part.surface.normals {
