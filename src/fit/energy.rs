@@ -7,7 +7,6 @@ use nalgebra::DVector;
 use crate::brdf::Lobe;
 use crate::brdf::albedo::FresnelMoments;
 use crate::fit::sgd::{COEFFICIENTS, Energy, Layout, add_residual, with_curves};
-use crate::fit::shape::LogShape;
 use crate::math::direction::cos_sin_degrees;
 use crate::math::least_squares::NormalEquations;
 use crate::microfacet::Sgd;
@@ -31,10 +30,6 @@ pub struct EnergyLimit<'a> {
 }
 
 /// The albedo per unit of each coefficient of a colour, for a fit that conserves energy.
-fn albedo_of_coefficients(shape: LogShape, theta: f64) -> [f64; COEFFICIENTS] {
-    moments_at(&shape.lobe(), theta)
-}
-
 fn moments_at(lobe: &Lobe<Sgd>, theta: f64) -> [f64; COEFFICIENTS] {
     let m = FresnelMoments::new(lobe, cos_sin_degrees(theta).0);
     with_curves(Energy::Conserve, [m.one, m.schlick, m.cosine]).map(|moment| 4.0 / PI * moment)
@@ -42,12 +37,8 @@ fn moments_at(lobe: &Lobe<Sgd>, theta: f64) -> [f64; COEFFICIENTS] {
 
 /// Per lobe and angle, the albedo of each coefficient.
 fn albedos(layout: &Layout, x: &DVector<f64>, angles: &[f64]) -> Vec<Vec<[f64; COEFFICIENTS]>> {
-    let lobe = |lobe: usize| {
-        let shape = layout.log_shape(x, lobe);
-        let lobe = shape.lobe();
-        angles.iter().map(|theta| moments_at(&lobe, *theta)).collect()
-    };
-    (0..layout.lobes().len()).map(lobe).collect()
+    let lobes = (0..layout.lobes().len()).map(|lobe| layout.log_shape(x, lobe).lobe());
+    lobes.map(|lobe| angles.iter().map(|theta| moments_at(&lobe, *theta)).collect()).collect()
 }
 
 /// The albedo of a channel at the angle of an index.
@@ -58,11 +49,15 @@ fn albedo(
     channel: usize,
     angle: usize,
 ) -> f64 {
-    let specular = |lobe: usize| -> f64 {
-        let of = layout.coefficients(x, lobe, channel);
-        albedos[lobe][angle].iter().zip(of).map(|(albedo, of)| albedo * of).sum()
-    };
-    x[channel] + (0..layout.lobes().len()).map(specular).sum::<f64>()
+    let lobes = albedos.iter().enumerate();
+    let specular =
+        lobes.map(|(lobe, at)| weighted(&at[angle], &layout.coefficients(x, lobe, channel)));
+    x[channel] + specular.sum::<f64>()
+}
+
+/// Σ_k albedo_k x_k over the coefficients of a colour.
+fn weighted(albedo: &[f64; COEFFICIENTS], coefficients: &[f64; COEFFICIENTS]) -> f64 {
+    albedo.iter().zip(coefficients).map(|(albedo, x)| albedo * x).sum()
 }
 
 /// The largest albedo of each channel over all angles.
@@ -124,14 +119,12 @@ impl EnergyLimit<'_> {
         let layout = self.layout;
         let (mut places, mut slopes) = (vec![channel], vec![1.0]);
         for (lobe, albedos) in albedos.iter().enumerate() {
-            let of = layout.coefficients(x, lobe, channel);
-            let sum = |albedo: [f64; COEFFICIENTS]| -> f64 {
-                albedo.iter().zip(of).map(|(albedo, of)| albedo * of).sum()
-            };
+            let coefficients = layout.coefficients(x, lobe, channel);
             let at = layout.shape(lobe);
+            let here = weighted(&albedos[angle], &coefficients);
             let by_shape = layout
                 .log_shape(x, lobe)
-                .slopes(sum(albedos[angle]), |shape| sum(albedo_of_coefficients(shape, theta)));
+                .slopes(here, |moved| weighted(&moments_at(&moved.lobe(), theta), &coefficients));
             let colour = layout.colour(lobe, channel);
             places.extend([at, at + 1].into_iter().chain(colour..colour + COEFFICIENTS));
             slopes.extend(by_shape.into_iter().chain(albedos[angle]));

@@ -80,8 +80,12 @@ const INVISIBLE: f64 = 1.0 / 65535.0;
 /// only says how it is spread.
 #[must_use]
 pub fn has_visible_lobe(material: &Material, c: usize) -> bool {
-    let albedo = |lobe: &LobeParams| 4.0 * lobe.rho_s()[c] * fresnel(lobe)[c].range()[1].max(0.0);
-    material.lobes().iter().map(albedo).sum::<f64>() > INVISIBLE
+    material.lobes().iter().map(|lobe| largest_albedo(lobe, c)).sum::<f64>() > INVISIBLE
+}
+
+/// 4 ρs max F.
+fn largest_albedo(lobe: &LobeParams, c: usize) -> f64 {
+    4.0 * lobe.rho_s()[c] * fresnel(lobe)[c].range()[1].max(0.0)
 }
 
 /// The oddities of a material that bear on every fit.
@@ -96,12 +100,15 @@ fn of_channel(channel: Channel, material: &Material) -> Vec<Reason> {
         return vec![Reason::NoVisibleLobe(channel)];
     }
     let colouring = material.lobes().iter().filter(|lobe| lobe.rho_s()[c] > 0.0);
-    let of_lobe = |lobe: &LobeParams| {
-        let [least, most] = fresnel(lobe)[c].range();
-        let scaled = most * 4.0 * lobe.rho_s()[c] / std::f64::consts::PI;
-        let negative = (least < 0.0).then_some(Reason::NegativeFresnel(channel, least));
-        let above = (scaled > 1.0).then_some(Reason::FresnelAboveOne(channel, scaled));
-        negative.into_iter().chain(above)
-    };
-    colouring.flat_map(of_lobe).collect()
+    colouring.flat_map(|lobe| of_fresnel(channel, lobe)).collect()
+}
+
+/// What is odd about the range of a lobe's Fresnel factor, and of its specular factor 4ρs F/π.
+fn of_fresnel(channel: Channel, lobe: &LobeParams) -> impl Iterator<Item = Reason> {
+    let c = channel as usize;
+    let [least, most] = fresnel(lobe)[c].range();
+    let scaled = most * 4.0 * lobe.rho_s()[c] / std::f64::consts::PI;
+    let negative = (least < 0.0).then_some(Reason::NegativeFresnel(channel, least));
+    let above = (scaled > 1.0).then_some(Reason::FresnelAboveOne(channel, scaled));
+    negative.into_iter().chain(above)
 }

@@ -359,7 +359,7 @@ impl Search<'_> {
         let [scatter, flatness] = self.target.scatter(layout.unknowns(), at);
         let hessian = free.equations(&layout, &x).hessian - flatness;
         let pairs = self.target.pairs.len();
-        uncertainty::of(model, &layout, &uncertainty::covariance(hessian, &scatter, pairs))
+        uncertainty::of(model, &layout, &uncertainty::covariance(&hessian, &scatter, pairs))
     }
 
     fn difference(&self, layout: &Layout, x: &DVector<f64>) -> f64 {

@@ -139,11 +139,13 @@ impl ShapeGrid {
         let (ndf, masking) = (shape.ndf(), shape.masking());
         let grid: [f64; GRID] =
             std::array::from_fn(|k| masking.g1((GRID_START + GRID_STEP * k as f64).exp()));
-        let value = |place: &Place| {
-            let g = place.cot[0].interpolate(&grid) * place.cot[1].interpolate(&grid);
-            ndf.ndf(place.tan2_theta_h) * g * place.inverse_cosines
-        };
-        self.places.iter().map(value).collect()
+        let places = self.places.iter();
+        places
+            .map(|place| {
+                let g = place.cot[0].interpolate(&grid) * place.cot[1].interpolate(&grid);
+                ndf.ndf(place.tan2_theta_h) * g * place.inverse_cosines
+            })
+            .collect()
     }
 
     /// The same with its derivatives.

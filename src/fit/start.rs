@@ -60,20 +60,21 @@ impl Library {
 
     /// The best choices, no two of them alike in every shape.
     fn distinct(&self, choices: impl Iterator<Item = Vec<usize>>, most: usize) -> Vec<Vec<usize>> {
-        let error = |choice: &[usize]| -> f64 {
-            self.forms.iter().map(|form| form.best(choice, self.energy).1).sum()
-        };
         let mut rated: Vec<(f64, Vec<usize>)> =
-            choices.map(|choice| (error(&choice), choice)).collect();
+            choices.map(|choice| (self.error(&choice), choice)).collect();
         rated.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut kept: Vec<Vec<usize>> = Vec::new();
         for (_, choice) in rated {
-            let alike = |other: &Vec<usize>| other.iter().zip(&choice).all(|(a, b)| near(*a, *b));
-            if kept.len() < most && !kept.iter().any(alike) {
+            if kept.len() < most && !kept.iter().any(|other| alike(other, &choice)) {
                 kept.push(choice);
             }
         }
         kept
+    }
+
+    /// The error that the best colours of these shapes leave.
+    fn error(&self, shapes: &[usize]) -> f64 {
+        self.forms.iter().map(|form| form.best(shapes, self.energy).1).sum()
     }
 
     /// The best shapes of each channel by itself: all the best, all the second best, and so on.
@@ -120,16 +121,20 @@ impl Library {
 
 fn shapes() -> Vec<LogShape> {
     let [low, high] = LOG_ALPHA;
-    let alpha = |i: usize| low + (high - low) * (i as f64 + 0.5) / ALPHAS as f64;
-    let of_alpha = |i: usize| EXPONENTS.map(|p| LogShape { alpha: alpha(i), p: p.ln() });
     debug_assert!(EXPONENTS.iter().all(|p| (LOG_P[0]..LOG_P[1]).contains(&p.ln())));
-    (0..ALPHAS).flat_map(of_alpha).collect()
+    let alphas = (0..ALPHAS).map(|i| low + (high - low) * (i as f64 + 0.5) / ALPHAS as f64);
+    alphas.flat_map(|alpha| EXPONENTS.map(|p| LogShape { alpha, p: p.ln() })).collect()
 }
 
 /// Returns whether two shapes of the library are neighbours or the same.
 fn near(a: usize, b: usize) -> bool {
     let n = EXPONENTS.len();
     (a / n).abs_diff(b / n) <= 1 && (a % n).abs_diff(b % n) <= 1
+}
+
+/// Returns whether two choices have neighbouring shapes, one by one.
+fn alike(a: &[usize], b: &[usize]) -> bool {
+    a.iter().zip(b).all(|(a, b)| near(*a, *b))
 }
 
 impl Form {
@@ -158,6 +163,7 @@ impl Form {
         let places: Vec<usize> =
             std::iter::once(0).chain(first.flat_map(|first| first..first + COEFFICIENTS)).collect();
         let n = places.len();
+        // Neighbouring shapes have nearly the same column: the ridge keeps the matrix definite.
         let mut hessian = DMatrix::from_fn(n, n, |i, j| self.hessian[(places[i], places[j])]);
         let ridge = 1e-10 * hessian.diagonal().max();
         for i in 0..n {
