@@ -219,13 +219,11 @@ impl Problem {
     /// Widths in their range, weights ≥ 0.
     fn bounds(&self) -> Bounds {
         let n = self.count;
-        let side =
-            |i: usize, of_widths: f64, of_weights: f64| if i < n { of_widths } else { of_weights };
         let [low, high] = self.range;
-        Bounds {
-            lower: DVector::from_fn(self.unknowns(), |i, _| side(i, low - self.below, 0.0)),
-            upper: DVector::from_fn(self.unknowns(), |i, _| side(i, high, f64::INFINITY)),
-        }
+        let mut bounds = Bounds::non_negative(self.unknowns());
+        bounds.lower.rows_mut(0, n).fill(low - self.below);
+        bounds.upper.rows_mut(0, n).fill(high);
+        bounds
     }
 
     fn equations(&self, x: &DVector<f64>) -> NormalEquations {
@@ -240,8 +238,9 @@ impl Problem {
 
     /// D of each lobe at each angle (columns), and ∂D/∂lnα = 2 (x/α² − 1) D.
     fn basis(&self, alpha: &DVector<f64>) -> [DMatrix<f64>; 2] {
-        let density = |i: usize, j: usize| Beckmann { alpha: alpha[j] }.ndf(self.tan2_theta[i]);
-        let density = DMatrix::from_fn(self.tan2_theta.len(), self.count, density);
+        let density = DMatrix::from_fn(self.tan2_theta.len(), self.count, |i, j| {
+            Beckmann { alpha: alpha[j] }.ndf(self.tan2_theta[i])
+        });
         let slope = DMatrix::from_fn(self.tan2_theta.len(), self.count, |i, j| {
             2.0 * (self.tan2_theta[i] / (alpha[j] * alpha[j]) - 1.0) * density[(i, j)]
         });
@@ -290,14 +289,15 @@ impl Problem {
         equations.squares += errors.iter().map(|error| self.norm.term(*error)).sum::<f64>();
         equations.squares += residual[seen.len()].powi(2);
         let gradient = jacobian.tr_mul(&residual);
-        // Unknown j of this lobe: the n widths, then its own n weights.
-        let place = |j: usize| if j < n { j } else { j + lobe * n };
+        // The unknowns of this lobe: the n widths, then its own n weights.
+        let first = (1 + lobe) * n;
+        let places: Vec<usize> = (0..n).chain(first..first + n).collect();
         for i in 0..2 * n {
-            equations.gradient[place(i)] += gradient[i];
+            equations.gradient[places[i]] += gradient[i];
             // Only the lower triangle is read.
             for j in 0..=i {
                 let product = jacobian.column(i).dot(&jacobian.column(j));
-                equations.hessian[(place(i), place(j))] += product;
+                equations.hessian[(places[i], places[j])] += product;
             }
         }
     }
@@ -307,15 +307,16 @@ impl Problem {
     pub fn mixture(&self, x: &DVector<f64>) -> SharedMixture {
         let n = self.count;
         let lobes = 0..self.goals.len();
-        let sums: Vec<f64> = lobes.clone().map(|lobe| x.rows((1 + lobe) * n, n).sum()).collect();
-        let weights = |j: usize| -> Vec<f64> {
-            lobes.clone().map(|lobe| x[(1 + lobe) * n + j] / sums[lobe]).collect()
-        };
+        let sums: Vec<f64> = lobes.map(|lobe| x.rows((1 + lobe) * n, n).sum()).collect();
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+        let weights = order.iter().map(|j| {
+            let lobes = sums.iter().enumerate();
+            lobes.map(|(lobe, sum)| x[(1 + lobe) * n + j] / sum).collect()
+        });
         SharedMixture {
             alpha: order.iter().map(|j| x[*j].exp()).collect(),
-            weights: order.iter().map(|j| weights(*j)).collect(),
+            weights: weights.collect(),
         }
     }
 }

@@ -6,6 +6,8 @@ pub(crate) mod descent;
 pub(crate) mod energy;
 pub mod gltf;
 pub mod gltf_measured;
+pub(crate) mod gltf_problem;
+pub(crate) mod gltf_unknowns;
 pub(crate) mod lanes;
 pub mod measured_target;
 pub mod metric;

@@ -29,7 +29,7 @@ pub fn covariance(hessian: &DMatrix<f64>, scatter: &DMatrix<f64>, pairs: usize) 
     let seen: Vec<usize> = (0..n).filter(|i| hessian[(*i, *i)] > 0.0).collect();
     // Unit diagonal, so that the ridge is relative to each unknown.
     let scale: Vec<f64> = seen.iter().map(|i| hessian[(*i, *i)].sqrt().recip()).collect();
-    let [mut reduced, scatter] = [&hessian, scatter].map(|matrix| {
+    let [mut reduced, scatter] = [hessian, scatter].map(|matrix| {
         DMatrix::from_fn(seen.len(), seen.len(), |i, j| {
             matrix[(seen[i], seen[j])] * scale[i] * scale[j]
         })
