@@ -93,14 +93,10 @@ fn the_library_knows_nothing_of_blender() {
 }
 
 /// Circles that stay, each with its reason. No other is accepted, and none that is gone.
-const CIRCLES: [(&[&str], &str); 3] = [
+const CIRCLES: [(&[&str], &str); 2] = [
     (
         &["brdf::batch", "brdf::batch::albedo", "brdf::batch::kernel", "brdf::batch::masking"],
         "one evaluator: the public type, its dispatch and its loops",
-    ),
-    (
-        &["fit::energy", "fit::sgd", "fit::start", "fit::uncertainty"],
-        "all four read the layout of the unknowns, which sgd defines",
     ),
     (
         &["report::sheet", "report::sheet_page", "report::sheet_plots"],

@@ -6,7 +6,9 @@ use nalgebra::DVector;
 
 use crate::brdf::Lobe;
 use crate::brdf::albedo::FresnelMoments;
-use crate::fit::sgd::{COEFFICIENTS, Energy, Layout, add_residual, with_curves};
+use crate::fit::fresnel_curve::{COEFFICIENTS, Energy, with_curves};
+use crate::fit::penalty::add_residual;
+use crate::fit::unknowns::Layout;
 use crate::math::direction::cos_sin_degrees;
 use crate::math::least_squares::NormalEquations;
 use crate::microfacet::Sgd;

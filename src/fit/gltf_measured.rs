@@ -44,7 +44,7 @@ const SMOOTHEST: f64 = 0.03;
 pub fn fit(target: &MeasuredTarget) -> GltfMeasuredFit {
     let [thin, whole] = [target.thinned(THINNING), target.clone()].map(Forms::of);
     let best = nearest(&thin, &whole, starts(target));
-    // The best of one form alone lies in other valleys of the mean: one more start.
+    // The best of one form alone leads to other local minima of the mean: one more start.
     let alone = nearest_appendix_b(&thin, &thin, starts(target));
     let kicked = KICKS.iter().map(|kick| kick.of(&best.x)).chain([alone.x]).collect();
     let again = nearest(&thin, &whole, kicked);

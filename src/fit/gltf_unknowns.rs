@@ -56,10 +56,7 @@ impl Family {
             }
             Self::Coated => ranges[COAT_ROUGHNESS] = ROUGHNESS_RANGE,
         }
-        Bounds {
-            lower: DVector::from_column_slice(&ranges.map(|[low, _]| low)),
-            upper: DVector::from_column_slice(&ranges.map(|[_, high]| high)),
-        }
+        Bounds::of_ranges(&ranges)
     }
 
     /// The family with its roughness held.

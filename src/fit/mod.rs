@@ -4,6 +4,7 @@
 pub(crate) mod colour;
 pub(crate) mod descent;
 pub(crate) mod energy;
+pub(crate) mod fresnel_curve;
 pub mod gltf;
 pub mod gltf_measured;
 pub(crate) mod gltf_problem;
@@ -17,6 +18,7 @@ pub mod mixture_measured;
 pub(crate) mod mixture_problem;
 pub mod one_lobe;
 pub mod one_lobe_measured;
+pub(crate) mod penalty;
 pub(crate) mod picture;
 pub(crate) mod reason;
 pub mod sgd;
@@ -25,6 +27,7 @@ pub(crate) mod shape;
 pub(crate) mod start;
 pub mod target;
 pub mod uncertainty;
+pub(crate) mod unknowns;
 
 pub use metric::Metric;
 pub use reason::Reason;

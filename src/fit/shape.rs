@@ -76,6 +76,12 @@ impl LogShape {
         SgdNdf::new(self.alpha(), self.p())
     }
 
+    /// ln D(0).
+    #[must_use]
+    pub fn log_peak(self) -> f64 {
+        self.ndf().peak().ln()
+    }
+
     /// The exact masking.
     #[must_use]
     pub fn masking(self) -> BeckmannMixture {

@@ -3,11 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_1_PI;
 
+use crate::fit::fresnel_curve::{COEFFICIENTS, Energy, coefficient_bounds, fresnel_basis};
 use crate::fit::measured_target::MeasuredTarget;
-use crate::fit::sgd::{
-    COEFFICIENTS, Colours, Energy, LOG_ALPHA, LOG_P, Layout, coefficient_bounds, fresnel_basis,
-};
 use crate::fit::shape::{LogShape, ShapeGrid};
+use crate::fit::unknowns::{Colours, LOG_ALPHA, LOG_P, Layout};
 use crate::math::least_squares::{Bounds, box_quadratic};
 
 /// Shapes spread over all that are searched, and the best colours of every choice of them.
@@ -181,8 +180,5 @@ fn bounds(shapes: usize, energy: Energy) -> Bounds {
     let ranges: Vec<[f64; 2]> = std::iter::once([0.0, 1.0])
         .chain((0..shapes).flat_map(|_| coefficient_bounds(energy)))
         .collect();
-    Bounds {
-        lower: DVector::from_iterator(ranges.len(), ranges.iter().map(|range| range[0])),
-        upper: DVector::from_iterator(ranges.len(), ranges.iter().map(|range| range[1])),
-    }
+    Bounds::of_ranges(&ranges)
 }

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use crate::fit::sgd::Layout;
 use crate::fit::sgd_model::{SgdLobe, SgdModel};
+use crate::fit::unknowns::Layout;
 
 /// Standard errors of an SGD fit's parameters.
 ///
@@ -24,7 +24,11 @@ pub struct Uncertainty {
 
 /// The covariance of the unknowns.
 #[must_use]
-pub fn covariance(hessian: &DMatrix<f64>, scatter: &DMatrix<f64>, pairs: usize) -> DMatrix<f64> {
+pub(crate) fn covariance(
+    hessian: &DMatrix<f64>,
+    scatter: &DMatrix<f64>,
+    pairs: usize,
+) -> DMatrix<f64> {
     let n = hessian.nrows();
     let seen: Vec<usize> = (0..n).filter(|i| hessian[(*i, *i)] > 0.0).collect();
     // Unit diagonal, so that the ridge is relative to each unknown.
@@ -52,7 +56,7 @@ pub fn covariance(hessian: &DMatrix<f64>, scatter: &DMatrix<f64>, pairs: usize) 
 
 /// The standard errors of a model whose unknowns, those of a fit with free energy, have a covariance.
 #[must_use]
-pub fn of(model: &SgdModel, layout: &Layout, covariance: &DMatrix<f64>) -> Uncertainty {
+pub(crate) fn of(model: &SgdModel, layout: &Layout, covariance: &DMatrix<f64>) -> Uncertainty {
     let errors = Errors { layout, covariance };
     Uncertainty {
         rho_d: std::array::from_fn(|c| errors.of(&[(c, 1.0)])),
