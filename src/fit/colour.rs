@@ -1,4 +1,4 @@
-//! A radiance as a viewer sees it, and how far another is from it in ΔE2000.
+//! A radiance as a viewer sees it, and the distance of another from it in ΔE2000.
 
 /// A colour in CIELAB (D65), with its derivative by the linear RGB that shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]

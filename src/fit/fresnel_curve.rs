@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Whether a fit may reflect more than arrives.
+/// The limits of what a fit reflects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Energy {
     /// F in \[0, 1\], so f ≥ 0 for every pair, and a directional albedo of at most 1.
     #[default]
     Conserve,
-    /// Whatever is nearest to the measurement.
+    /// The nearest to the measurement, though it may reflect more than arrives.
     Free,
 }
 
@@ -70,12 +70,13 @@ fn products(energy: Energy, x: [f64; COEFFICIENTS]) -> Curve {
 
 /// ρs, F0 and F1 of a colour's coefficients.
 ///
-/// F(90°) = 1 by the model's form, but a curve that vanishes there needs some ρs.
+/// F(90°) = 1 by the model's form, so ρs is the product at 90°; a curve that vanishes there takes a
+/// thousandth of its largest product.
 #[must_use]
 pub fn parameters(energy: Energy, x: [f64; COEFFICIENTS]) -> [f64; 3] {
-    const LEAST: f64 = 1e-3;
+    const MIN_SHARE: f64 = 1e-3;
     let [middle, grazing, facing] = products(energy, x);
-    let rho_s = grazing.max(LEAST * middle.abs().max(facing.abs()));
+    let rho_s = grazing.max(MIN_SHARE * middle.abs().max(facing.abs()));
     if rho_s > 0.0 { [rho_s, middle / rho_s, (middle - facing) / rho_s] } else { [rho_s, 0.0, 0.0] }
 }
 

@@ -22,7 +22,7 @@ pub struct GltfFit {
     /// The material's factors.
     #[serde(flatten)]
     pub material: GltfBrdf,
-    /// How far it is from the SGD material.
+    /// Its distance from the SGD material.
     pub residuals: Residuals,
     /// Oddities of the material or the fit.
     pub reasons: Vec<Reason>,
@@ -77,11 +77,14 @@ fn best(problem: &Problem, family: Family) -> Minimum {
     let scan = scan(problem, family);
     let starts = local_minima(&scan.iter().map(|m| m.squares).collect::<Vec<_>>());
     let bounds = family.bounds();
-    let descents = starts.into_iter().map(|i| {
-        let equations = |x: &_| problem.equations(x, &problem.lobe(x[ROUGHNESS]));
-        minimise(equations, &scan[i].x, &bounds, TOLERANCE)
-    });
-    lowest(descents)
+    lowest(starts.into_iter().map(|i| {
+        minimise(
+            |x| problem.equations(x, &problem.lobe(x[ROUGHNESS])),
+            &scan[i].x,
+            &bounds,
+            TOLERANCE,
+        )
+    }))
 }
 
 /// The best factors of a family at roughness values from rough to smooth, each found from the one

@@ -147,7 +147,7 @@ impl Kick {
     }
 }
 
-/// Where descents start: [`STARTS`] with the base colour of the surface outside its highlight.
+/// The starts of the descents: [`STARTS`] with the base colour of the surface outside its highlight.
 fn starts(target: &MeasuredTarget) -> Vec<DVector<f64>> {
     let base = target.typical().map(|f| (std::f64::consts::PI * f).clamp(0.01, 0.9));
     STARTS.map(|row| start(base, row)).to_vec()

@@ -9,17 +9,17 @@ use crate::brdf::gltf::{coat_fresnel, ggx_lobe, schlick_weight};
 use crate::fit::gltf_unknowns::{
     BASE, CLEARCOAT, COAT_ROUGHNESS, F0, METALLIC, ROUGHNESS, SPECULAR, UNKNOWNS, brightest,
 };
-use crate::fit::lanes::{Block, LobeSamples, lanes};
+use crate::fit::lanes::{LobeSamples, PairLanes, lanes};
 use crate::fit::metric::Metric;
 use crate::fit::target::Target;
 use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::math::least_squares::{LANES, Lanes, NormalEquations, Residuals, Terms};
 use crate::microfacet::ggx;
 
-/// The quantities at the pairs of a block that do not depend on the unknowns.
+/// The quantities at [`LANES`] pairs that do not depend on the unknowns.
 struct Fixed {
     schlick_weight: Lanes,
-    /// For light along either direction: the coat's Fresnel term is the viewer's.
+    /// The coat's Fresnel term, which is the viewer's, for light along either direction.
     coat_fresnel: [Lanes; 2],
     tan2_theta_h: Lanes,
     cot_theta: [Lanes; 2],
@@ -27,10 +27,10 @@ struct Fixed {
 }
 
 impl Fixed {
-    /// Those of a target, block by block.
-    fn blocks(target: &Target) -> Vec<Self> {
-        let blocks = target.pairs.chunks(LANES);
-        blocks
+    /// The quantities of a target, [`LANES`] pairs at a time.
+    fn of(target: &Target) -> Vec<Self> {
+        let chunks = target.pairs.chunks(LANES);
+        chunks
             .map(|pairs| Self {
                 schlick_weight: lanes(pairs, |pair| schlick_weight(pair.cos_theta_d), 0.0),
                 coat_fresnel: [1, 0]
@@ -47,7 +47,7 @@ impl Fixed {
 pub struct Problem {
     metric: Metric,
     set: InstructionSet,
-    blocks: Vec<Block>,
+    pairs: Vec<PairLanes>,
     fixed: Vec<Fixed>,
 }
 
@@ -58,8 +58,8 @@ impl Problem {
         Self {
             metric,
             set: InstructionSet::widest(),
-            blocks: target.blocks(metric),
-            fixed: Fixed::blocks(target),
+            pairs: target.pair_lanes(metric),
+            fixed: Fixed::of(target),
         }
     }
 
@@ -109,10 +109,10 @@ impl Problem {
     #[inline(always)]
     fn residuals(&self, c: usize, factors: &Factors, lobe: &[LobeSamples]) -> Residuals<6> {
         let mut sums = Residuals::none();
-        for ((block, fixed), lobe) in self.blocks.iter().zip(&self.fixed).zip(lobe) {
+        for ((pairs, fixed), lobe) in self.pairs.iter().zip(&self.fixed).zip(lobe) {
             let (f, row) = factors.material(fixed, lobe);
             let mut terms = Terms::default();
-            self.metric.add(&mut terms, &f, &block.sides, c);
+            self.metric.add(&mut terms, &f, &pairs.sides, c);
             sums.add(&terms, &row);
         }
         sums
@@ -128,9 +128,9 @@ impl Problem {
         [lobe, coat]: [&[LobeSamples]; 2],
     ) -> Residuals<8> {
         let mut sums = Residuals::none();
-        for (i, (block, fixed)) in self.blocks.iter().zip(&self.fixed).enumerate() {
+        for (i, (pairs, fixed)) in self.pairs.iter().zip(&self.fixed).enumerate() {
             let (material, by_factor) = factors.material(fixed, &lobe[i]);
-            for (side, coat_fresnel) in block.sides.iter().zip(&fixed.coat_fresnel) {
+            for (side, coat_fresnel) in pairs.sides.iter().zip(&fixed.coat_fresnel) {
                 let (mut f, mut row) = ([0.0; LANES], [[0.0; LANES]; 8]);
                 for l in 0..LANES {
                     let share = coat_fresnel[l] * clearcoat;
@@ -255,7 +255,7 @@ mod tests {
         }
     }
 
-    /// Without and with a coat.
+    /// The equations without and with a coat.
     fn both_equations(problem: &Problem, x: &DVector<f64>) -> [NormalEquations; 2] {
         [problem.equations(x, &problem.lobe(x[ROUGHNESS])), problem.coated_equations(x)]
     }

@@ -19,13 +19,13 @@ pub const ROUGHNESS: usize = 8;
 pub const CLEARCOAT: usize = 9;
 /// The place of the clearcoat's roughness.
 pub const COAT_ROUGHNESS: usize = 10;
-/// How many unknowns there are.
+/// The number of unknowns.
 pub const UNKNOWNS: usize = 11;
 
 /// Roughness that is searched: below it a lobe is a mirror for any picture.
 pub const ROUGHNESS_RANGE: [f64; 2] = [0.03, 1.0];
 
-/// Which unknowns a fit may move.
+/// The unknowns that a fit may move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Base colour, metallic and roughness.

@@ -9,25 +9,25 @@ use crate::math::least_squares::{LANES, Lanes, Terms};
 
 /// Pairs side by side, and what a fit aims at there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
-    /// For light along either direction of each pair.
-    pub sides: [Side; 2],
+pub struct PairLanes {
+    /// The pairs with light along either direction.
+    pub sides: [SideLanes; 2],
 }
 
 /// Pairs with the light on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Side {
+pub struct SideLanes {
     /// π cosθi: the radiance of f = 1.
     pub scale: Lanes,
     /// (π cosθi)^⅓.
     pub scale_root: Lanes,
-    /// The pairs' shares of the integral; 0 where the last block has no more pairs.
+    /// The pairs' shares of the integral; 0 where there are no more pairs.
     pub weight: Lanes,
     /// g of the target's radiance, per channel.
     pub goal: [Lanes; 3],
 }
 
-/// A lobe at the pairs of a block, and its derivative by the unknown that sets its width.
+/// A lobe at [`LANES`] pairs, and its derivative by the unknown that sets its width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LobeSamples {
     /// The lobe.
@@ -37,7 +37,7 @@ pub struct LobeSamples {
 }
 
 impl LobeSamples {
-    /// No lobe.
+    /// The samples of no lobe.
     pub const ZERO: Self = Self { value: [0.0; LANES], slope: [0.0; LANES] };
 }
 
@@ -49,15 +49,15 @@ pub fn lanes(pairs: &[Pair], value: impl Fn(&Pair) -> f64, none: f64) -> Lanes {
 impl Target {
     /// The pairs with what a fit in `metric` aims at.
     #[must_use]
-    pub fn blocks(&self, metric: Metric) -> Vec<Block> {
+    pub fn pair_lanes(&self, metric: Metric) -> Vec<PairLanes> {
         let starts = (0..self.pairs.len()).step_by(LANES);
         starts
-            .map(|start| Block { sides: [0, 1].map(|side| self.side(metric, start, side)) })
+            .map(|start| PairLanes { sides: [0, 1].map(|side| self.side(metric, start, side)) })
             .collect()
     }
 
-    /// One side of the block whose first pair is `start`.
-    fn side(&self, metric: Metric, start: usize, side: usize) -> Side {
+    /// One side of [`LANES`] pairs from that of index `start` on.
+    fn side(&self, metric: Metric, start: usize, side: usize) -> SideLanes {
         let pairs = &self.pairs[start..];
         let scale = lanes(pairs, |pair| PI * pair.cos_theta[side], 0.0);
         let goal = self.channels.each_ref().map(|channel| -> Lanes {
@@ -67,14 +67,14 @@ impl Target {
             })
         });
         let weight = lanes(pairs, |pair| pair.weights[side], 0.0);
-        Side { scale, scale_root: scale.map(f64::cbrt), weight, goal }
+        SideLanes { scale, scale_root: scale.map(f64::cbrt), weight, goal }
     }
 }
 
 impl Metric {
     /// Adds the residuals g − goal of channel `c`, of f at the pairs of each side.
     #[inline(always)]
-    pub fn add(self, terms: &mut Terms, f: &Lanes, sides: &[Side], c: usize) {
+    pub fn add(self, terms: &mut Terms, f: &Lanes, sides: &[SideLanes], c: usize) {
         match self {
             Self::Cosine => add(terms, f, sides, c, |x| (x, 1.0)),
             Self::CubeRoot => add_lightness(terms, f, sides, c),
@@ -87,7 +87,7 @@ impl Metric {
 fn add(
     terms: &mut Terms,
     f: &Lanes,
-    sides: &[Side],
+    sides: &[SideLanes],
     c: usize,
     of_radiance: impl Fn(f64) -> (f64, f64),
 ) {
@@ -101,7 +101,7 @@ fn add(
 
 /// Adds the residuals of the lightness, (f·scale)^⅓ as f^⅓·scale^⅓: one root for both sides.
 #[inline(always)]
-fn add_lightness(terms: &mut Terms, f: &Lanes, sides: &[Side], c: usize) {
+fn add_lightness(terms: &mut Terms, f: &Lanes, sides: &[SideLanes], c: usize) {
     let (mut root, mut inverse) = ([0.0; LANES], [0.0; LANES]);
     for l in 0..LANES {
         // The root is for x > 0; below the toe it is not used.

@@ -1,4 +1,4 @@
-//! How far apart two reflectances look: the transform in which a fit takes least squares.
+//! The visible distance of two reflectances: the transform in which a fit takes least squares.
 
 use std::f64::consts::PI;
 use std::fmt;

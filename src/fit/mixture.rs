@@ -20,7 +20,7 @@ pub struct MixtureFit {
     pub mixture: SharedMixture,
     /// max |D_fit − D|/(D(0) + D) over all angles, per lobe.
     pub ndf_error: Vec<f64>,
-    /// How far the reflectance through the mixture is from the material.
+    /// The distance of the reflectance through the mixture from the material.
     pub residuals: Residuals,
     /// Oddities of the material.
     pub reasons: Vec<Reason>,
@@ -39,7 +39,7 @@ const ANGLES: [usize; 2] = [48, 120];
 /// Starts of evenly spaced widths, of which all but the first are tried where that leads nowhere.
 const STARTS: usize = 6;
 
-/// How far below the range of the starts ln α may go: the best of many components have one that is
+/// The distance that ln α may go below the range of the starts: the best of many components have one that is
 /// three times narrower than the bend of the distribution.
 const ROOM: f64 = 1.5;
 

@@ -28,7 +28,7 @@ pub struct MeasuredMixture {
     pub fresnel: Vec<[Fresnel; 3]>,
 }
 
-/// How far ln α may go beyond the widths of the start: no pair of the target sees a sharper lobe.
+/// The distance that ln α may go beyond the widths of the start: no pair of the target sees a sharper lobe.
 const BEYOND: f64 = 0.7;
 /// Relative decrease at which the descent ends.
 const TOLERANCE: f64 = 1e-4;
@@ -86,7 +86,7 @@ fn curve([f0, f90, facing]: [f64; 3]) -> Fresnel {
     Fresnel { f0, f90, f1: f0 - facing }
 }
 
-/// How many unknowns there are: ln α of the components; ρd; then of each lobe the weights and the
+/// The numbers that the unknowns follow from: ln α of the components; ρd; then of each lobe the weights and the
 /// shares of F.
 #[derive(Clone, Copy)]
 struct Form {
@@ -112,7 +112,7 @@ impl Form {
         self.components + FRESNEL
     }
 
-    /// Where the unknowns of a lobe start.
+    /// The place of a lobe's first unknown.
     fn lobe(self, j: usize) -> usize {
         self.components + DIFFUSE + j * self.lobe_len()
     }

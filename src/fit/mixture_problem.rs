@@ -20,7 +20,7 @@ const SUM_WEIGHT: f64 = 1e2;
 /// D times its scale, and the scale, at each angle, per lobe.
 pub type Goals = Vec<Vec<(f64, f64)>>;
 
-/// Which sum over angles of the errors e is made least: Σ |e/unit|^exponent.
+/// The sum over angles of the errors e that is made least: Σ |e/unit|^exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Norm {
     exponent: i32,
@@ -50,13 +50,13 @@ pub struct Problem {
     goals: Goals,
     /// The range of ln α in which starts lie.
     range: [f64; 2],
-    /// How far below it a solution may lie.
+    /// The distance that a solution may lie below it.
     below: f64,
     norm: Norm,
 }
 
 impl Problem {
-    /// For `count` components, with what `goals` wants at each of so many angles.
+    /// The problem of `count` components, with the goals that `goals` gives at `samples` angles.
     #[must_use]
     pub fn new(
         material: &Material,
@@ -79,7 +79,7 @@ impl Problem {
         Self { below, ..self }
     }
 
-    /// How many unknowns there are.
+    /// The number of unknowns.
     fn unknowns(&self) -> usize {
         (1 + self.goals.len()) * self.count
     }
@@ -154,7 +154,7 @@ impl Problem {
         DVector::from_fn(self.unknowns(), |i, _| match (i / n, i % n) {
             (0, j) if j == n - 1 => width,
             (_, j) if j == n - 1 => 0.0,
-            (block, j) => x[block * (n - 1) + j],
+            (row, j) => x[row * (n - 1) + j],
         })
     }
 

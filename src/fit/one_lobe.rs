@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use crate::brdf::one_lobe::{OneLobe, OneLobeChannel, SCALE_OF_RHO_S};
-use crate::fit::lanes::{Block, LobeSamples, lanes};
+use crate::fit::lanes::{LobeSamples, PairLanes, lanes};
 use crate::fit::metric::Metric;
 use crate::fit::minima::{local_minima, lowest};
 use crate::fit::reason::{self, Reason};
@@ -23,11 +23,11 @@ use crate::microfacet::{Distribution as _, Family, Fresnel, OneWidth};
 pub struct OneLobeFit {
     /// The best of every channel by itself.
     pub per_channel: OneLobe,
-    /// How far `per_channel` is from the material.
+    /// The distance of `per_channel` from the material.
     pub per_channel_residuals: FitResiduals,
     /// The best with one width for the three channels.
     pub joint: OneLobe,
-    /// How far `joint` is from the material.
+    /// The distance of `joint` from the material.
     pub joint_residuals: FitResiduals,
     /// Oddities of the material or the fit.
     pub reasons: Vec<Reason>,
@@ -102,7 +102,7 @@ struct Search<'a> {
     family: Family,
     metric: Metric,
     set: InstructionSet,
-    blocks: Vec<Block>,
+    pairs: Vec<PairLanes>,
     /// The Fresnel curve's share of (f0, f90, F(0°)) at each pair.
     fresnel: Vec<[Lanes; 3]>,
 }
@@ -124,7 +124,7 @@ impl<'a> Search<'a> {
             family,
             metric,
             set: InstructionSet::widest(),
-            blocks: target.blocks(metric),
+            pairs: target.pair_lanes(metric),
             fresnel: fresnel.collect(),
         }
     }
@@ -208,8 +208,8 @@ impl<'a> Search<'a> {
     /// The lobe of width e^`log_alpha` at every pair.
     fn lobe(&self, log_alpha: f64) -> Vec<LobeSamples> {
         let distribution = self.family.of_width(log_alpha.exp());
-        let blocks = self.target.pairs.chunks(LANES);
-        blocks.map(|pairs| lobe_samples(distribution, pairs)).collect()
+        let chunks = self.target.pairs.chunks(LANES);
+        chunks.map(|pairs| lobe_samples(distribution, pairs)).collect()
     }
 
     /// The residuals of channel `c`, its coefficients standing in `x` as those of channel `at`.
@@ -233,8 +233,8 @@ impl<'a> Search<'a> {
         lobe: &[LobeSamples],
     ) -> Residuals<UNKNOWNS> {
         let mut sums = Residuals::none();
-        for ((block, LobeSamples { value, slope }), fresnel) in
-            self.blocks.iter().zip(lobe).zip(&self.fresnel)
+        for ((pairs, LobeSamples { value, slope }), fresnel) in
+            self.pairs.iter().zip(lobe).zip(&self.fresnel)
         {
             let [bump, grazing, facing] = fresnel;
             let (mut f, mut row) = ([0.0; LANES], [[FRAC_1_PI; LANES]; UNKNOWNS]);
@@ -247,7 +247,7 @@ impl<'a> Search<'a> {
                 row[4][l] = value[l] * facing[l];
             }
             let mut terms = Terms::default();
-            self.metric.add(&mut terms, &f, &block.sides, c);
+            self.metric.add(&mut terms, &f, &pairs.sides, c);
             sums.add(&terms, &row);
         }
         sums
@@ -264,7 +264,7 @@ mod dispatch {
     });
 }
 
-/// Where unknown `i` ≥ 1 of a channel stands: ln α first, then four coefficients per channel.
+/// The place of unknown `i` ≥ 1 of a channel: ln α first, then four coefficients per channel.
 fn place(channel: usize, i: usize) -> usize {
     channel * (UNKNOWNS - 1) + i
 }

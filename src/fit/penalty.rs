@@ -8,7 +8,7 @@ use crate::fit::unknowns::Layout;
 use crate::math::least_squares::NormalEquations;
 
 /// Adds what settles unknowns that the measurement leaves open: of all curves the one with the
-/// least F(90°), of all p the nearest to ½, and no lobe sharper than [`SHARPEST`].
+/// least F(90°), of all p the nearest to ½, and no D(0) above [`MAX_PEAK`].
 pub fn settle(layout: &Layout, x: &DVector<f64>, equations: &mut NormalEquations) {
     for lobe in 0..layout.lobes().len() {
         let p = layout.shape(lobe) + 1;
@@ -26,17 +26,17 @@ pub fn settle(layout: &Layout, x: &DVector<f64>, equations: &mut NormalEquations
     }
 }
 
-/// D(0) of the sharpest lobe: what a half float holds, a core of 0.13°.
-pub const SHARPEST: f64 = 6.5e4;
+/// The largest D(0) of a lobe: about what a half float holds, a core of 0.13°.
+pub const MAX_PEAK: f64 = 6.5e4;
 
-/// Adds a wall at [`SHARPEST`].
+/// Adds a wall at [`MAX_PEAK`].
 fn limit_peak(layout: &Layout, x: &DVector<f64>, lobe: usize, equations: &mut NormalEquations) {
     const STRENGTH: f64 = 10.0;
     /// The wall starts this far, in ln D(0), before the limit.
     const MARGIN: f64 = 0.05;
     let shape = layout.log_shape(x, lobe);
     let at = shape.log_peak();
-    let over = at - SHARPEST.ln() + MARGIN;
+    let over = at - MAX_PEAK.ln() + MARGIN;
     if over > 0.0 {
         let place = layout.shape(lobe);
         add_residual(
@@ -49,7 +49,7 @@ fn limit_peak(layout: &Layout, x: &DVector<f64>, lobe: usize, equations: &mut No
     }
 }
 
-/// Adds a residual with its derivatives by the unknowns at `places`.
+/// Adds strength · residual² with its derivatives by the unknowns at `places`.
 pub fn add_residual(
     equations: &mut NormalEquations,
     strength: f64,

@@ -3,10 +3,10 @@
 use crate::material::{LobeParams, Material};
 use crate::microfacet::{BeckmannMixture, Distribution as _, SgdNdf, SharedMixture};
 
-/// How much a relative error in the flanks counts next to the picture's.
+/// The weight of a relative error in the flanks next to the picture's.
 const FLANKS: f64 = 0.3;
 
-/// How much a relative error of a lobe's own distribution counts: it decides where the lobe is
+/// The weight of a relative error of a lobe's own distribution: it decides where the lobe is
 /// invisible.
 const OWN: f64 = 0.01;
 
@@ -28,18 +28,18 @@ pub fn goals(material: &Material, tan2_theta: &[f64]) -> Vec<Vec<(f64, f64)>> {
         .collect()
 }
 
-/// How far a picture through a mixture is off under a sun, its peak resolved, relative to the
+/// The error of a picture through a mixture under a sun, its peak resolved, relative to the
 /// picture: √(∫ Σ_c (Σ_j ρs F̄ (D_fit − D))² dA / ∫ 3 B² dA).
 #[must_use]
 pub fn error(material: &Material, fitted: &SharedMixture) -> f64 {
     // tan²θ from where the sharpest peak is flat to 55°, past the widest.
-    const SMALLEST: f64 = 1e-9;
+    const MIN_TAN2_THETA: f64 = 1e-9;
     const STEP: f64 = 1.055;
     const STEPS: i32 = 400;
     let shown = Shown::new(material);
     let mixtures: Vec<BeckmannMixture> =
         (0..shown.lobes.len()).map(|j| fitted.of_lobe(j)).collect();
-    let angles = (0..STEPS).map(|i| SMALLEST * STEP.powi(i));
+    let angles = (0..STEPS).map(|i| MIN_TAN2_THETA * STEP.powi(i));
     let [off, whole] = angles.fold([0.0, 0.0], |[off, whole], x| {
         let brightness = shown.brightness(x);
         [off + x * shown.difference(&mixtures, x), whole + x * 3.0 * brightness * brightness]

@@ -1,4 +1,4 @@
-//! Why a fit is the way it is, where its parameters alone would surprise.
+//! Remarks on a fit whose parameters alone would surprise.
 
 use std::fmt;
 
@@ -73,14 +73,14 @@ impl Serialize for Reason {
     }
 }
 
-/// Largest albedo 4ρs·F of a colour's lobes below which they are invisible next to 16-bit white.
-const INVISIBLE: f64 = 1.0 / 65535.0;
+/// The albedo 4ρs·F of a colour's lobes up to which they are invisible next to 16-bit white.
+const MIN_VISIBLE_ALBEDO: f64 = 1.0 / 65535.0;
 
 /// Returns true if the specular term of a colour is visible: ∫ of a lobe is at most 4ρs·max F, D
 /// only says how it is spread.
 #[must_use]
 pub fn has_visible_lobe(material: &Material, c: usize) -> bool {
-    material.lobes().iter().map(|lobe| largest_albedo(lobe, c)).sum::<f64>() > INVISIBLE
+    material.lobes().iter().map(|lobe| largest_albedo(lobe, c)).sum::<f64>() > MIN_VISIBLE_ALBEDO
 }
 
 /// 4 ρs max F.
@@ -94,6 +94,7 @@ pub fn of_material(material: &Material) -> Vec<Reason> {
     Channel::ALL.into_iter().flat_map(|channel| of_channel(channel, material)).collect()
 }
 
+/// The remarks on one colour of a material.
 fn of_channel(channel: Channel, material: &Material) -> Vec<Reason> {
     let c = channel as usize;
     if !has_visible_lobe(material, c) {
@@ -103,7 +104,7 @@ fn of_channel(channel: Channel, material: &Material) -> Vec<Reason> {
     colouring.flat_map(|lobe| of_fresnel(channel, lobe)).collect()
 }
 
-/// What is odd about the range of a lobe's Fresnel factor, and of its specular factor 4ρs F/π.
+/// The remarks on the ranges of a lobe's Fresnel factor and of its specular factor 4ρs F/π.
 fn of_fresnel(channel: Channel, lobe: &LobeParams) -> impl Iterator<Item = Reason> {
     let c = channel as usize;
     let [least, most] = fresnel(lobe)[c].range();

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_PI;
 use nalgebra::DVector;
 
 use crate::fit::descent::further;
-use crate::fit::energy::{self, EnergyLimit};
+use crate::fit::energy::{MAX_ALBEDO, dimmed, largest_albedo, limit_albedo};
 use crate::fit::fresnel_curve::{COEFFICIENTS, fresnel_basis};
 use crate::fit::measured_target::MeasuredTarget;
 use crate::fit::penalty::settle;
@@ -18,7 +18,7 @@ use crate::math::least_squares::{Bounds, NormalEquations, minimise};
 
 pub use crate::fit::fresnel_curve::Energy;
 
-/// How many lobes a fit has.
+/// The number of lobes of a fit, and the channels they colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lobes {
     /// One lobe that colours all channels.
@@ -127,16 +127,19 @@ impl Search<'_> {
 
     /// The nearest solution whose albedo is at most 1.
     fn conserving(&self, layout: &Layout, x: DVector<f64>, bounds: &Bounds) -> DVector<f64> {
-        if energy::largest_albedo(layout, &x) <= energy::MOST {
+        if largest_albedo(layout, &x) <= MAX_ALBEDO {
             return x;
         }
-        let limit = EnergyLimit { layout };
-        let limited = |x: &_| {
-            let mut equations = self.equations(layout, x);
-            limit.add(x, &mut equations);
-            equations
-        };
-        energy::dimmed(layout, further(limited, &x, bounds, FINE).x)
+        // The limit bends the fit at a few angles; what it leaves between them is dimmed away.
+        let limited = further(|x| self.limited_equations(layout, x), &x, bounds, FINE);
+        dimmed(layout, limited.x)
+    }
+
+    /// [`Self::equations`] with the limit of the albedo.
+    fn limited_equations(&self, layout: &Layout, x: &DVector<f64>) -> NormalEquations {
+        let mut equations = self.equations(layout, x);
+        limit_albedo(layout, x, &mut equations);
+        equations
     }
 
     /// Standard errors of a model's parameters, as if no bound held them.

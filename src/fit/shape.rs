@@ -21,13 +21,13 @@ pub struct LogShape {
 pub struct ShapeSamples {
     /// D G1 G1/(π cosθi cosθo).
     pub value: Vec<f64>,
-    /// By ln α.
+    /// The derivative by ln α.
     pub by_alpha: Vec<f64>,
-    /// By ln p.
+    /// The derivative by ln p.
     pub by_p: Vec<f64>,
 }
 
-/// Where a pair's two directions stand on the masking's grid.
+/// A pair's half vector, and the places of its two directions on the masking's grid.
 struct Place {
     tan2_theta_h: f64,
     inverse_cosines: f64,

@@ -1,4 +1,4 @@
-//! Where the descents of an SGD fit start.
+//! The starts of the descents of an SGD fit.
 
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_1_PI;
@@ -11,12 +11,12 @@ use crate::math::least_squares::{Bounds, box_quadratic};
 
 /// Shapes spread over all that are searched, and the best colours of every choice of them.
 ///
-/// Where the shapes are fixed, the error of f times its visibility is linear in the colours: each
+/// With fixed shapes, the error of f times its visibility is linear in the colours: each
 /// choice is a small quadratic problem.
 pub struct Library {
     shapes: Vec<LogShape>,
     energy: Energy,
-    /// Per channel the quadratic form of all coefficients: ρd, then those of each shape.
+    /// The quadratic form of each channel, of all coefficients: ρd, then those of each shape.
     forms: [Form; 3],
 }
 

@@ -70,16 +70,16 @@ struct Finer {
 /// Relative residuals √(∫(g(x_fit) − g(x))² / ∫g(x)²) of a fit, in each metric per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Residuals {
-    /// Of g = x.
+    /// Those of g = x.
     pub cosine: [f64; 3],
-    /// Of g = lightness.
+    /// Those of g = lightness.
     pub cube_root: [f64; 3],
-    /// Of g = ln(1 + x).
+    /// Those of g = ln(1 + x).
     pub log: [f64; 3],
 }
 
 impl Residuals {
-    /// Those of one metric, per channel.
+    /// The residuals in one metric, per channel.
     #[must_use]
     pub fn in_metric(&self, metric: Metric) -> [f64; 3] {
         match metric {
@@ -148,13 +148,13 @@ impl Target {
         })
     }
 
-    /// How far `reflectance` is from the material, on finer nodes than a fit to this target uses.
+    /// The distance of `reflectance` from the material, on finer nodes than a fit to this target uses.
     #[must_use]
     pub fn residuals(&self, reflectance: &(impl Reflectance + ?Sized)) -> Residuals {
         self.judge().own_residuals(reflectance)
     }
 
-    /// How far `reflectance` is from the target on its own nodes.
+    /// The distance of `reflectance` from the target on its own nodes.
     #[must_use]
     pub fn own_residuals(&self, reflectance: &(impl Reflectance + ?Sized)) -> Residuals {
         let pairs = self.pairs.iter();
@@ -218,8 +218,8 @@ pub fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
 
 /// (tan²θh, sinθh dθh) over the hemisphere.
 fn half_angles(scale: f64, nodes: usize) -> Vec<(f64, f64)> {
-    const LARGEST: f64 = 200.0;
-    let length = (LARGEST / scale).ln_1p();
+    const MAX_TAN2_THETA_H: f64 = 200.0;
+    let length = (MAX_TAN2_THETA_H / scale).ln_1p();
     let nodes = gauss_legendre(nodes);
     nodes
         .iter()
@@ -232,7 +232,7 @@ fn half_angles(scale: f64, nodes: usize) -> Vec<(f64, f64)> {
 }
 
 /// cosθ below which a direction counts as below the horizon: less than a pixel of any picture.
-const LOWEST: f64 = 1e-3;
+const MIN_COS_THETA: f64 = 1e-3;
 
 /// The pair at θh, at a share `theta_d.x` of the largest θd there, and at φd.
 pub(super) fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) -> Option<Pair> {
@@ -249,7 +249,7 @@ pub(super) fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) ->
         let x = cos_d * sin_h + sign * along * cos_h;
         DVec3::new(x, sign * across, z)
     });
-    (wi.z > LOWEST && wo.z > LOWEST).then(|| Pair {
+    (wi.z > MIN_COS_THETA && wo.z > MIN_COS_THETA).then(|| Pair {
         wi,
         wo,
         tan2_theta_h,

@@ -1,4 +1,4 @@
-//! How well a measurement determines the parameters of a fit.
+//! The accuracy to which a measurement determines the parameters of a fit.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -16,9 +16,9 @@ use crate::fit::unknowns::Layout;
 /// uncertainty is larger.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Uncertainty {
-    /// Of ρd.
+    /// The error of ρd.
     pub rho_d: [f64; 3],
-    /// Of each lobe's parameters.
+    /// The errors of each lobe's parameters.
     pub lobes: Vec<SgdLobe>,
 }
 
@@ -78,7 +78,7 @@ impl Errors<'_> {
         gradient.dot(&(self.covariance * &gradient)).max(0.0).sqrt()
     }
 
-    /// Those of a lobe's parameters: the unknowns are ln α, ln p, ρs F0, ρs and ρs (F0 − F1).
+    /// The errors of a lobe's parameters: the unknowns are ln α, ln p, ρs F0, ρs and ρs (F0 − F1).
     fn of_lobe(&self, j: usize, lobe: &SgdLobe) -> SgdLobe {
         let shape = self.layout.shape(j);
         let [mut rho_s, mut f0, mut f1] = [[0.0; 3]; 3];
@@ -97,7 +97,7 @@ impl Errors<'_> {
         }
     }
 
-    /// That of a number with these derivatives by a colour's three products.
+    /// The error of a number with these derivatives by a colour's three products.
     fn of_colour(&self, j: usize, c: usize, by: [f64; 3]) -> f64 {
         let at = self.layout.colour(j, c);
         self.of(&[(at, by[0]), (at + 1, by[1]), (at + 2, by[2])])

@@ -14,7 +14,7 @@ pub const LOG_ALPHA: [f64; 2] = [-11.5, 0.7];
 /// ln p that is searched.
 pub const LOG_P: [f64; 2] = [-4.0, 0.9];
 
-/// Which channels a lobe colours.
+/// The channels that a lobe colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colours {
     /// All.
@@ -31,7 +31,7 @@ impl Colours {
     }
 }
 
-/// Where each unknown stands: ρd of the three channels, then for each lobe ln α, ln p and the
+/// The place of each unknown: ρd of the three channels, then for each lobe ln α, ln p and the
 /// coefficients of each channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
@@ -66,13 +66,13 @@ impl Layout {
         3 + LOBE * self.lobes.len()
     }
 
-    /// Where ln α of a lobe stands; ln p follows.
+    /// The place of ln α of a lobe; ln p follows.
     #[must_use]
     pub fn shape(&self, lobe: usize) -> usize {
         3 + LOBE * lobe
     }
 
-    /// Where the coefficients of a lobe's channel start.
+    /// The place of the first coefficient of a lobe's channel.
     #[must_use]
     pub fn colour(&self, lobe: usize, channel: usize) -> usize {
         self.shape(lobe) + 2 + COEFFICIENTS * channel
