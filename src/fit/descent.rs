@@ -30,7 +30,7 @@ pub fn lowest(
 }
 
 /// Descends again and again from where a descent ends, until that lowers Σ r² by less than ten
-/// times `tolerance` of it: in a narrow valley of the objective the steps are damped, and a descent ends early.
+/// times `tolerance` of it: a descent that damps its steps much ends early.
 pub fn further(
     equations: impl Fn(&DVector<f64>) -> NormalEquations,
     start: &DVector<f64>,

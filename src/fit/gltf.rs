@@ -95,6 +95,7 @@ fn scan(problem: &Problem, family: Family) -> Vec<Minimum> {
     for i in 0..SCAN {
         let roughness = high + (low - high) * i as f64 / (SCAN - 1) as f64;
         let lobe = problem.lobe(roughness);
+        // Neighbouring lobes have similar factors: each descent is short.
         let x = scan.last().map_or_else(first_of_scan, |last| last.x.clone());
         let bounds = family.bounds_at(roughness);
         scan.push(minimise(|x| problem.equations(x, &lobe), &x, &bounds, SCAN_TOLERANCE));

@@ -29,6 +29,7 @@ struct Fixed {
 impl Fixed {
     /// The quantities of a target, [`LANES`] pairs at a time.
     fn of(target: &Target) -> Vec<Self> {
+        // Lanes without a pair have weight 0; their values only have to give a finite lobe.
         let chunks = target.pairs.chunks(LANES);
         chunks
             .map(|pairs| Self {
@@ -75,6 +76,7 @@ impl Problem {
         let (brightest, channels) = (brightest(x), Factors::of(x));
         let mut equations = NormalEquations::zero(UNKNOWNS);
         for (c, factors) in channels.iter().enumerate() {
+            // The largest F0 dims the base of every channel, its own too: it may stand here twice.
             let places = [SPECULAR, F0 + c, brightest, BASE + c, METALLIC, ROUGHNESS];
             equations.add(&dispatch::residuals(self.set, self, c, factors, lobe), places);
         }
@@ -130,6 +132,7 @@ impl Problem {
         let mut sums = Residuals::none();
         for (i, (pairs, fixed)) in self.pairs.iter().zip(&self.fixed).enumerate() {
             let (material, by_factor) = factors.material(fixed, &lobe[i]);
+            // The coat's Fresnel term makes f differ with the direction of the light.
             for (side, coat_fresnel) in pairs.sides.iter().zip(&fixed.coat_fresnel) {
                 let (mut f, mut row) = ([0.0; LANES], [[0.0; LANES]; 8]);
                 for l in 0..LANES {
@@ -175,12 +178,14 @@ fn lobe_samples(roughness: f64, fixed: &Fixed) -> LobeSamples {
         let [cot_i, cot_o] = [fixed.cot_theta[0][l], fixed.cot_theta[1][l]];
         let [cos_i, cos_o] = [fixed.cos_theta[0][l], fixed.cos_theta[1][l]];
         let value = ggx_lobe(alpha, fixed.tan2_theta_h[l], [cot_i, cot_o], [cos_i, cos_o]);
+        // V = 1/(4 cosθi cosθo (1 + Λi + Λo)), so ∂ln V/∂ln α = −(Λi' + Λo')/(1 + Λi + Λo).
         let lambdas = ggx::lambda(cot_i / alpha) + ggx::lambda(cot_o / alpha);
         let slopes =
             ggx::lambda_by_log_alpha(cot_i / alpha) + ggx::lambda_by_log_alpha(cot_o / alpha);
         let by_log_alpha =
             ggx::ndf_by_log_alpha(alpha, fixed.tan2_theta_h[l]) - slopes / (1.0 + lambdas);
         samples.value[l] = value;
+        // α = roughness², so ∂ln α/∂roughness = 2/roughness.
         samples.slope[l] = value * by_log_alpha * 2.0 / roughness;
     }
     samples
@@ -197,6 +202,7 @@ struct Factors {
 }
 
 impl Factors {
+    /// The factors of the three channels.
     fn of(x: &DVector<f64>) -> [Self; 3] {
         [0, 1, 2].map(|c| Self {
             specular: x[SPECULAR],
@@ -207,8 +213,8 @@ impl Factors {
         })
     }
 
-    /// f without a coat (see [`GltfBrdf`] for the formula) and its derivatives by specular factor,
-    /// own F0, largest F0, base colour, metallic and roughness.
+    /// f without a coat (see [`crate::brdf::gltf::GltfBrdf`] for the formula) and its derivatives by
+    /// specular factor, own F0, largest F0, base colour, metallic and roughness.
     #[inline(always)]
     fn material(&self, fixed: &Fixed, lobe: &LobeSamples) -> (Lanes, [Lanes; 6]) {
         let Self { specular, f0, brightest, base, metallic } = *self;

@@ -282,6 +282,7 @@ impl Sums {
     fn add(&mut self, weight: f64, e: [f64; 3], slopes: &[Vec<f64>; 3]) {
         let root = softness(e, self.soft);
         self.squares += weight * 2.0 * self.soft * self.soft * (root - 1.0);
+        // Iteratively reweighted least squares: an error beyond the soft ones pulls by its direction.
         let pull = weight / root;
         let [a, b, c] = slopes.each_ref().map(Vec::as_slice);
         let mut triangle = self.hessian.as_mut_slice();
@@ -320,6 +321,7 @@ fn pixel_centre(i: usize) -> f64 {
 /// The lit pixels of the ball under each sun; half of it, as the other half is its mirror image.
 fn ball() -> Vec<MeasuredPair> {
     let mut pairs = Vec::new();
+    // An isotropic reflectance is the same on both sides of the plane of light and view.
     for sun in SUNS.map(f64::to_radians) {
         let light = DVec3::new(sun.sin(), 0.0, sun.cos());
         for (column, row) in (BALL / 2..BALL).flat_map(|row| (0..BALL).map(move |c| (c, row))) {

@@ -39,8 +39,8 @@ const ANGLES: [usize; 2] = [48, 120];
 /// Starts of evenly spaced widths, of which all but the first are tried where that leads nowhere.
 const STARTS: usize = 6;
 
-/// The distance that ln α may go below the range of the starts: the best of many components have one that is
-/// three times narrower than the bend of the distribution.
+/// The distance that ln α may go below the range of the starts: the best of many components have
+/// one that is three times narrower than the bend of the distribution.
 const ROOM: f64 = 1.5;
 
 /// The mixture of the fewest components, from seven to ten, whose picture is within half a percent

@@ -28,7 +28,8 @@ pub struct MeasuredMixture {
     pub fresnel: Vec<[Fresnel; 3]>,
 }
 
-/// The distance that ln α may go beyond the widths of the start: no pair of the target sees a sharper lobe.
+/// The distance that ln α may go beyond the widths of the start: no pair of the target sees a
+/// sharper lobe.
 const BEYOND: f64 = 0.7;
 /// Relative decrease at which the descent ends.
 const TOLERANCE: f64 = 1e-4;
@@ -86,8 +87,8 @@ fn curve([f0, f90, facing]: [f64; 3]) -> Fresnel {
     Fresnel { f0, f90, f1: f0 - facing }
 }
 
-/// The numbers that the unknowns follow from: ln α of the components; ρd; then of each lobe the weights and the
-/// shares of F.
+/// The numbers of components and lobes. The unknowns are ln α of the components; ρd; then of each
+/// lobe the weights and the shares of F.
 #[derive(Clone, Copy)]
 struct Form {
     components: usize,
@@ -193,6 +194,7 @@ impl Form {
 
     /// The model of the unknowns; a component is evaluated where its width is not that of `known`.
     fn model(self, target: &MeasuredTarget, x: &DVector<f64>, known: Option<&Model>) -> Model {
+        // Most steps of the derivatives move a weight or a colour, and no width.
         let columns = (0..self.components).map(|k| match known {
             Some(known) if known.x[k] == x[k] => known.columns[k].clone(),
             _ => column(target, x[k].exp()),

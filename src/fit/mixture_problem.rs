@@ -176,6 +176,7 @@ impl Problem {
         let mut problem = self.clone();
         let mut x = start.clone();
         for exponent in exponents {
+            // In units of the largest error no power of an error overflows.
             let unit = self.largest_error(&x);
             if unit < ROUNDING {
                 break;
@@ -255,18 +256,45 @@ impl Problem {
     }
 
     /// Adds the terms of a lobe's errors and the condition on its weights' sum.
-    ///
-    /// Newton's equations of Σ |e/u|^p are those of least squares with rows times √(ω (p − 1)) and
-    /// errors times √(ω/(p − 1)), ω = [`Norm::weight`].
     fn add_lobe(
         &self,
         equations: &mut NormalEquations,
         lobe: usize,
         x: &DVector<f64>,
-        [density, slope]: &[DMatrix<f64>; 2],
+        basis: &[DMatrix<f64>; 2],
     ) {
         let n = self.count;
-        let errors = self.errors(lobe, x, density);
+        let errors = self.errors(lobe, x, &basis[0]);
+        let (jacobian, residual) = self.rows(lobe, x, &errors, basis);
+        equations.squares += errors.iter().map(|error| self.norm.term(*error)).sum::<f64>();
+        equations.squares += residual[residual.len() - 1].powi(2);
+        let gradient = jacobian.tr_mul(&residual);
+        // The unknowns of this lobe: the n widths, then its own n weights.
+        let first = (1 + lobe) * n;
+        let places: Vec<usize> = (0..n).chain(first..first + n).collect();
+        for i in 0..2 * n {
+            equations.gradient[places[i]] += gradient[i];
+            // Only the lower triangle is read.
+            for j in 0..=i {
+                let product = jacobian.column(i).dot(&jacobian.column(j));
+                equations.hessian[(places[i], places[j])] += product;
+            }
+        }
+    }
+
+    /// The rows of a lobe's errors, and as the last that of the condition on its weights' sum: their
+    /// derivatives by the widths and the lobe's weights, and their values.
+    ///
+    /// Newton's equations of Σ |e/u|^p are those of least squares with rows times √(ω (p − 1)) and
+    /// errors times √(ω/(p − 1)), ω = [`Norm::weight`].
+    fn rows(
+        &self,
+        lobe: usize,
+        x: &DVector<f64>,
+        errors: &DVector<f64>,
+        [density, slope]: &[DMatrix<f64>; 2],
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let n = self.count;
         let order = f64::from(self.norm.exponent - 1);
         // A high power sees few of the angles.
         let weights = errors.map(|error| self.norm.weight(error));
@@ -286,20 +314,7 @@ impl Problem {
         let sum_weight = SUM_WEIGHT * f64::from(self.norm.exponent / 2).sqrt() / self.norm.unit;
         jacobian.view_mut((seen.len(), n), (1, n)).fill(sum_weight);
         residual[seen.len()] = sum_weight * (x.rows((1 + lobe) * n, n).sum() - 1.0);
-        equations.squares += errors.iter().map(|error| self.norm.term(*error)).sum::<f64>();
-        equations.squares += residual[seen.len()].powi(2);
-        let gradient = jacobian.tr_mul(&residual);
-        // The unknowns of this lobe: the n widths, then its own n weights.
-        let first = (1 + lobe) * n;
-        let places: Vec<usize> = (0..n).chain(first..first + n).collect();
-        for i in 0..2 * n {
-            equations.gradient[places[i]] += gradient[i];
-            // Only the lower triangle is read.
-            for j in 0..=i {
-                let product = jacobian.column(i).dot(&jacobian.column(j));
-                equations.hessian[(places[i], places[j])] += product;
-            }
-        }
+        (jacobian, residual)
     }
 
     /// The mixture of a solution, weights scaled to sum exactly to 1, widths ascending.

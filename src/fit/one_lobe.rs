@@ -138,6 +138,7 @@ impl<'a> Search<'a> {
             let log_alpha = high + (low - high) * i as f64 / (SCAN - 1) as f64;
             let lobe = self.lobe(log_alpha);
             for c in 0..3 {
+                // The bounds hold the width, and the model is linear in the rest.
                 x[c][0] = log_alpha;
                 let best = minimise(
                     |x| self.channel_equations(c, x, 0, &lobe).into(),
@@ -294,6 +295,7 @@ fn lobe_sample(distribution: OneWidth, pair: &Pair) -> LobeSample {
     let g1 = pair.cot_theta.map(|cot| distribution.g1(cot));
     let d = distribution.ndf(pair.tan2_theta_h);
     let value = 0.25 * d * (g1[0] / pair.cos_theta[0]) * (g1[1] / pair.cos_theta[1]);
+    // Far from the peak D underflows: the derivatives of Λ need not be evaluated.
     if value == 0.0 {
         return LobeSample { value, slope: 0.0 };
     }

@@ -74,6 +74,7 @@ impl Model {
         x: &DVector<f64>,
         known: Option<&Self>,
     ) -> Self {
+        // Most steps of the derivatives move a colour, and no width.
         let lobes = (0..x.len() - COLOURS).map(|w| match known {
             Some(known) if known.x[w] == x[w] => known.lobes[w].clone(),
             _ => lobe(target, family, x[w]),
@@ -92,6 +93,7 @@ impl Model {
     }
 }
 
+/// The equations of a lobe's unknowns.
 fn equations(
     target: &MeasuredTarget,
     family: Family,
@@ -108,6 +110,7 @@ fn equations(
     )
 }
 
+/// The lobe of a solution.
 fn lobe_of(family: Family, x: &DVector<f64>) -> OneLobe {
     let widths = x.len() - COLOURS;
     let channels = [0, 1, 2].map(|c| {

@@ -10,6 +10,7 @@ use crate::math::least_squares::NormalEquations;
 /// Adds what settles unknowns that the measurement leaves open: of all curves the one with the
 /// least F(90°), of all p the nearest to ½, and no D(0) above [`MAX_PEAK`].
 pub fn settle(layout: &Layout, x: &DVector<f64>, equations: &mut NormalEquations) {
+    // Strengths that move nothing which the measurement sees, but leave no unknown free.
     for lobe in 0..layout.lobes().len() {
         let p = layout.shape(lobe) + 1;
         add_residual(equations, 1e-5, x[p] - 0.5_f64.ln(), &[p], &[1.0]);

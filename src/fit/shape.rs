@@ -143,6 +143,8 @@ impl ShapeGrid {
     #[must_use]
     pub fn values(&self, shape: LogShape) -> Vec<f64> {
         let (ndf, masking) = (shape.ndf(), shape.masking());
+        // G1 depends on θ alone, and costs more than all the rest: the grid has far fewer points than
+        // there are directions.
         let grid: [f64; GRID] =
             std::array::from_fn(|k| masking.g1((GRID_START + GRID_STEP * k as f64).exp()));
         let places = self.places.iter();

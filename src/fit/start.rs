@@ -142,6 +142,7 @@ impl Form {
         let mut rows = DMatrix::zeros(n, target.pairs.len());
         let mut goal = DVector::zeros(target.pairs.len());
         for (i, pair) in target.pairs.iter().enumerate() {
+            // Squares of weighted differences in f approximate the objective's ΔE².
             let weight = pair.weight.sqrt() * pair.visibility()[channel];
             let basis = fresnel_basis(energy, pair.cos_theta_d);
             goal[i] = weight * pair.f[channel];

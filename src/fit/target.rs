@@ -148,7 +148,8 @@ impl Target {
         })
     }
 
-    /// The distance of `reflectance` from the material, on finer nodes than a fit to this target uses.
+    /// The distance of `reflectance` from the material, on finer nodes than a fit to this target
+    /// uses.
     #[must_use]
     pub fn residuals(&self, reflectance: &(impl Reflectance + ?Sized)) -> Residuals {
         self.judge().own_residuals(reflectance)
@@ -179,6 +180,7 @@ impl Target {
                 total += pair.weights[side] * exact * exact;
             }
         }
+        // A black channel has no relative error: the absolute one stands for it.
         if total > 0.0 { (difference / total).sqrt() } else { difference.sqrt() }
     }
 }

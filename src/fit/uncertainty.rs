@@ -30,6 +30,7 @@ pub(crate) fn covariance(
     pairs: usize,
 ) -> DMatrix<f64> {
     let n = hessian.nrows();
+    // An unknown that no pair depends on would make the matrix singular.
     let seen: Vec<usize> = (0..n).filter(|i| hessian[(*i, *i)] > 0.0).collect();
     // Unit diagonal, so that the ridge is relative to each unknown.
     let scale: Vec<f64> = seen.iter().map(|i| hessian[(*i, *i)].sqrt().recip()).collect();
