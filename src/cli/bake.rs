@@ -264,20 +264,21 @@ fn report(
             .reduce(f64::max),
         left_out: product.left_out.len(),
     };
-    if arguments.json {
-        return output.json(&report);
-    }
-    let verb = if arguments.writing.dry_run { "would write" } else { "wrote" };
+    if arguments.json { output.json(&report) } else { print(&report, output) }
+}
+
+fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
+    let verb = if report.dry_run { "would write" } else { "wrote" };
     for file in &report.files {
         output.line(format!("{verb} {} ({} bytes)", file.path.display(), file.bytes))?;
     }
-    let Report { rows, texture_bytes, left_out, .. } = report;
+    let Report { rows, texture_bytes, left_out, .. } = *report;
     output
         .line(format!("{rows} rows, {texture_bytes} bytes of texels, {left_out} lobes left out"))?;
     if let Some(error) = report.measured_error {
         output.line(format!("largest error of f measured: {error:.2e}"))?;
     }
-    if let Some(Everything { texture_bytes: all, out_of_reach }) = catalogue {
+    if let Some(Everything { texture_bytes: all, out_of_reach }) = report.catalogue {
         let share = all as f64 / texture_bytes.max(1) as f64;
         output.line(format!(
             "all five quantities of the whole catalogue: {all} bytes, {share:.1} times as many"

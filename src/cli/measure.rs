@@ -170,6 +170,7 @@ impl Fits {
     ) -> Result<Self, MaterialError> {
         let free = (options.energy == Energy::Conserve)
             .then_some(Options { energy: Energy::Free, ..options });
+        // None of the three needs another.
         let ((chosen, free), gltf) = rayon::join(
             || {
                 rayon::join(

@@ -86,6 +86,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let shape = shape(arguments.mesh.as_deref(), output)?;
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
+    // Every input is read and checked by now.
     if arguments.writing.dry_run {
         return output.written(&arguments.output, arguments.writing);
     }
