@@ -1,4 +1,4 @@
-//! A radiance as a viewer sees it, and how far another is from it in ΔE2000.
+//! A radiance as a viewer sees it, and the distance of another from it in ΔE2000.
 
 /// A colour in CIELAB (D65), with its derivative by the linear RGB that shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,14 +32,20 @@ impl Lab {
             (root, std::array::from_fn::<f64, 3, _>(|c| slope * row[c] * shown[c].1))
         });
         let [x, y, z] = root;
-        let from = |scale: f64, from: usize, to: usize| -> [f64; 3] {
-            std::array::from_fn(|c| scale * (root[from].1[c] - root[to].1[c]))
-        };
         Self {
             value: [116.0 * y.0 - 16.0, 500.0 * (x.0 - y.0), 200.0 * (y.0 - z.0)],
-            slope: [y.1.map(|slope| 116.0 * slope), from(500.0, 0, 1), from(200.0, 1, 2)],
+            slope: [
+                y.1.map(|slope| 116.0 * slope),
+                scaled_difference(500.0, x.1, y.1),
+                scaled_difference(200.0, y.1, z.1),
+            ],
         }
     }
+}
+
+/// s (a − b).
+fn scaled_difference(s: f64, a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| s * (a[c] - b[c]))
 }
 
 /// x below white, 1 + 0.4 ln x above; and the slope.
@@ -68,12 +74,9 @@ pub fn ellipsoid([l, a, b]: [f64; 3]) -> Ellipsoid {
     let g = 0.5 * (1.0 - chroma_share(a.hypot(b)));
     let (a, stretch) = ((1.0 + g) * a, 1.0 + g);
     let (chroma, hue) = (a.hypot(b), b.atan2(a));
-    let degrees = |multiple: f64, offset: f64| (multiple * hue - offset.to_radians()).cos();
-    let t = 1.0 - 0.17 * degrees(1.0, 30.0) + 0.24 * degrees(2.0, 0.0) + 0.32 * degrees(3.0, -6.0)
-        - 0.20 * degrees(4.0, 63.0);
     let from_50 = (l - 50.0).powi(2);
     let s_l = 1.0 + 0.015 * from_50 / (20.0 + from_50).sqrt();
-    let (s_c, s_h) = (1.0 + 0.045 * chroma, 1.0 + 0.015 * chroma * t);
+    let (s_c, s_h) = (1.0 + 0.045 * chroma, 1.0 + 0.015 * chroma * hue_weight(hue));
     // ΔE² = L² + C² + H² + R·C·H = L² + (C + RH/2)² + (1 − R²/4) H².
     let half_rotation = 0.5 * rotation(chroma, hue.to_degrees().rem_euclid(360.0));
     let along = (1.0 - half_rotation * half_rotation).max(0.0).sqrt() / s_h;
@@ -84,6 +87,13 @@ pub fn ellipsoid([l, a, b]: [f64; 3]) -> Ellipsoid {
         [0.0, stretch * (cos / s_c - sin * skew), sin / s_c + cos * skew],
         [0.0, -stretch * sin * along, cos * along],
     ]
+}
+
+/// T = 1 − 0.17 cos(h − 30°) + 0.24 cos 2h + 0.32 cos(3h + 6°) − 0.20 cos(4h − 63°) of a hue.
+fn hue_weight(h: f64) -> f64 {
+    let [deg_6, deg_30, deg_63] = [6.0, 30.0, 63.0].map(f64::to_radians);
+    1.0 - 0.17 * (h - deg_30).cos() + 0.24 * (2.0 * h).cos() + 0.32 * (3.0 * h + deg_6).cos()
+        - 0.20 * (4.0 * h - deg_63).cos()
 }
 
 /// √(C⁷/(C⁷ + 25⁷)).
@@ -116,8 +126,9 @@ mod tests {
             for step in [[0.02, 0.0, 0.0], [0.0, 0.02, 0.01], [0.01, -0.02, 0.02], [0.0, 0.0, 0.02]]
             {
                 let other: [f64; 3] = std::array::from_fn(|i| colour[i] + step[i]);
-                let lab = |[l, a, b]: [f64; 3]| palette::Lab::<D65, f64>::new(l, a, b);
-                let exact = lab(colour).difference(lab(other));
+                let [from, to] =
+                    [colour, other].map(|[l, a, b]| palette::Lab::<D65, f64>::new(l, a, b));
+                let exact = from.difference(to);
                 let e = ellipsoid(colour).map(|row| (0..3).map(|i| row[i] * step[i]).sum::<f64>());
                 let length = e.iter().map(|e| e * e).sum::<f64>().sqrt();
                 assert!(

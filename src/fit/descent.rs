@@ -19,6 +19,7 @@ pub fn lowest(
     starts: Vec<DVector<f64>>,
     bounds: &Bounds,
 ) -> Minimum {
+    // Few of the starts are followed with the fine equations, which cost several times as much.
     let mut found: Vec<Minimum> =
         starts.iter().map(|start| minimise(&rough, start, bounds, ROUGH)).collect();
     found.sort_by(|a, b| a.squares.total_cmp(&b.squares));
@@ -29,16 +30,16 @@ pub fn lowest(
 }
 
 /// Descends again and again from where a descent ends, until that lowers Σ r² by less than ten
-/// times `tolerance` of it: steps damped by a narrow valley end a descent early.
+/// times `tolerance` of it: a descent that damps its steps much ends early.
 pub fn further(
     equations: impl Fn(&DVector<f64>) -> NormalEquations,
     start: &DVector<f64>,
     bounds: &Bounds,
     tolerance: f64,
 ) -> Minimum {
-    const MOST: usize = 6;
+    const MAX_DESCENTS: usize = 6;
     let mut best = minimise(&equations, start, bounds, tolerance);
-    for _ in 0..MOST {
+    for _ in 0..MAX_DESCENTS {
         let next = minimise(&equations, &best.x, bounds, tolerance);
         let gain = best.squares - next.squares;
         best = next;
@@ -50,7 +51,7 @@ pub fn further(
 }
 
 /// The equations of a model whose derivatives are differences over small steps inside `bounds`.
-/// `model` makes of unknowns what `f` evaluates at the pair of an index.
+/// `model` turns unknowns into a model, and `f` evaluates it at the pair of an index.
 pub fn by_steps<M>(
     target: &MeasuredTarget,
     x: &DVector<f64>,
@@ -61,6 +62,7 @@ pub fn by_steps<M>(
     const STEP: f64 = 1e-5;
     let moved: Vec<(f64, M)> = (0..x.len())
         .map(|k| {
+            // At the upper bound the step goes down: a model may not exist outside.
             let step = if x[k] + STEP > bounds.upper[k] { -STEP } else { STEP };
             let mut moved = x.clone();
             moved[k] += step;

@@ -174,8 +174,9 @@ impl MeasuredTarget {
         let mut scatter = DMatrix::zeros(unknowns, unknowns);
         let mut flatness = DMatrix::zeros(unknowns, unknowns);
         self.visit(unknowns, at, |weight, e, slopes| {
-            let of = |i: usize| slopes[0][i] * e[0] + slopes[1][i] * e[1] + slopes[2][i] * e[2];
-            let gradient = DVector::from_fn(unknowns, |i, _| of(i));
+            let gradient = DVector::from_fn(unknowns, |i, _| {
+                slopes[0][i] * e[0] + slopes[1][i] * e[1] + slopes[2][i] * e[2]
+            });
             let root = softness(e, self.soft);
             scatter.ger((weight / root).powi(2), &gradient, &gradient, 1.0);
             let flat = weight / (self.soft * self.soft * root.powi(3));
@@ -281,6 +282,7 @@ impl Sums {
     fn add(&mut self, weight: f64, e: [f64; 3], slopes: &[Vec<f64>; 3]) {
         let root = softness(e, self.soft);
         self.squares += weight * 2.0 * self.soft * self.soft * (root - 1.0);
+        // Iteratively reweighted least squares: an error beyond the soft ones pulls by its direction.
         let pull = weight / root;
         let [a, b, c] = slopes.each_ref().map(Vec::as_slice);
         let mut triangle = self.hessian.as_mut_slice();
@@ -297,36 +299,45 @@ impl Sums {
 
     fn finish(self) -> NormalEquations {
         let n = self.gradient.len();
-        let entry = |i: usize, j: usize| {
-            let (i, j) = (i.max(j), i.min(j));
-            self.hessian[i * (i + 1) / 2 + j]
-        };
         NormalEquations {
             squares: self.squares,
-            hessian: DMatrix::from_fn(n, n, entry),
+            hessian: DMatrix::from_fn(n, n, |i, j| self.hessian[triangle_index(i, j)]),
             gradient: DVector::from_vec(self.gradient),
         }
     }
 }
 
+/// The index of the entries (i, j) and (j, i) of a symmetric matrix in its lower triangle.
+fn triangle_index(i: usize, j: usize) -> usize {
+    let (row, column) = (i.max(j), i.min(j));
+    row * (row + 1) / 2 + column
+}
+
+/// The centre of a pixel's row or column on the ball of radius 1.
+fn pixel_centre(i: usize) -> f64 {
+    2.0 * (i as f64 + 0.5) / BALL as f64 - 1.0
+}
+
 /// The lit pixels of the ball under each sun; half of it, as the other half is its mirror image.
 fn ball() -> Vec<MeasuredPair> {
-    let centre = |i: usize| 2.0 * (i as f64 + 0.5) / BALL as f64 - 1.0;
     let mut pairs = Vec::new();
+    // An isotropic reflectance is the same on both sides of the plane of light and view.
     for sun in SUNS.map(f64::to_radians) {
         let light = DVec3::new(sun.sin(), 0.0, sun.cos());
         for (column, row) in (BALL / 2..BALL).flat_map(|row| (0..BALL).map(move |c| (c, row))) {
-            let (x, y) = (centre(column), centre(row));
+            let (x, y) = (pixel_centre(column), pixel_centre(row));
             let r2 = x * x + y * y;
             if r2 >= RIM {
                 continue;
             }
             let normal = DVec3::new(x, y, (1.0 - r2).sqrt());
             if normal.dot(light) > LIT {
+                // The axes of the surface: an isotropic reflectance does not depend on the tangent.
                 let t = normal.cross(DVec3::new(0.3, 0.9, 0.1)).normalize();
                 let b = normal.cross(t);
-                let local = |w: DVec3| DVec3::new(t.dot(w), b.dot(w), normal.dot(w));
-                pairs.push(MeasuredPair::new(local(light), local(DVec3::Z), 1.0, true));
+                let [wi, wo] =
+                    [light, DVec3::Z].map(|w| DVec3::new(t.dot(w), b.dot(w), normal.dot(w)));
+                pairs.push(MeasuredPair::new(wi, wo, 1.0, true));
             }
         }
     }
@@ -356,10 +367,9 @@ fn highlight() -> Vec<MeasuredPair> {
 
 /// Scales the weights: the highlight's pairs have [`HIGHLIGHT_SHARE`] of the sum, which is 1.
 fn share_out(pairs: &mut [MeasuredPair]) {
-    let sum = |pairs: &[MeasuredPair], in_picture: bool| -> f64 {
+    let [picture, highlight] = [true, false].map(|in_picture| -> f64 {
         pairs.iter().filter(|pair| pair.in_picture == in_picture).map(|pair| pair.weight).sum()
-    };
-    let (picture, highlight) = (sum(pairs, true), sum(pairs, false));
+    });
     let share = match (picture > 0.0, highlight > 0.0) {
         (true, true) => HIGHLIGHT_SHARE,
         (false, _) => 1.0,

@@ -20,7 +20,7 @@ const SUM_WEIGHT: f64 = 1e2;
 /// D times its scale, and the scale, at each angle, per lobe.
 pub type Goals = Vec<Vec<(f64, f64)>>;
 
-/// Which sum over angles of the errors e is made least: Σ |e/unit|^exponent.
+/// The sum over angles of the errors e that is made least: Σ |e/unit|^exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Norm {
     exponent: i32,
@@ -50,13 +50,13 @@ pub struct Problem {
     goals: Goals,
     /// The range of ln α in which starts lie.
     range: [f64; 2],
-    /// How far below it a solution may lie.
+    /// The distance that a solution may lie below it.
     below: f64,
     norm: Norm,
 }
 
 impl Problem {
-    /// For `count` components, with what `goals` wants at each of so many angles.
+    /// The problem of `count` components, with the goals that `goals` gives at `samples` angles.
     #[must_use]
     pub fn new(
         material: &Material,
@@ -79,7 +79,7 @@ impl Problem {
         Self { below, ..self }
     }
 
-    /// How many unknowns there are.
+    /// The number of unknowns.
     fn unknowns(&self) -> usize {
         (1 + self.goals.len()) * self.count
     }
@@ -154,7 +154,7 @@ impl Problem {
         DVector::from_fn(self.unknowns(), |i, _| match (i / n, i % n) {
             (0, j) if j == n - 1 => width,
             (_, j) if j == n - 1 => 0.0,
-            (block, j) => x[block * (n - 1) + j],
+            (row, j) => x[row * (n - 1) + j],
         })
     }
 
@@ -176,6 +176,7 @@ impl Problem {
         let mut problem = self.clone();
         let mut x = start.clone();
         for exponent in exponents {
+            // In units of the largest error no power of an error overflows.
             let unit = self.largest_error(&x);
             if unit < ROUNDING {
                 break;
@@ -219,13 +220,11 @@ impl Problem {
     /// Widths in their range, weights ≥ 0.
     fn bounds(&self) -> Bounds {
         let n = self.count;
-        let side =
-            |i: usize, of_widths: f64, of_weights: f64| if i < n { of_widths } else { of_weights };
         let [low, high] = self.range;
-        Bounds {
-            lower: DVector::from_fn(self.unknowns(), |i, _| side(i, low - self.below, 0.0)),
-            upper: DVector::from_fn(self.unknowns(), |i, _| side(i, high, f64::INFINITY)),
-        }
+        let mut bounds = Bounds::non_negative(self.unknowns());
+        bounds.lower.rows_mut(0, n).fill(low - self.below);
+        bounds.upper.rows_mut(0, n).fill(high);
+        bounds
     }
 
     fn equations(&self, x: &DVector<f64>) -> NormalEquations {
@@ -240,8 +239,9 @@ impl Problem {
 
     /// D of each lobe at each angle (columns), and ∂D/∂lnα = 2 (x/α² − 1) D.
     fn basis(&self, alpha: &DVector<f64>) -> [DMatrix<f64>; 2] {
-        let density = |i: usize, j: usize| Beckmann { alpha: alpha[j] }.ndf(self.tan2_theta[i]);
-        let density = DMatrix::from_fn(self.tan2_theta.len(), self.count, density);
+        let density = DMatrix::from_fn(self.tan2_theta.len(), self.count, |i, j| {
+            Beckmann { alpha: alpha[j] }.ndf(self.tan2_theta[i])
+        });
         let slope = DMatrix::from_fn(self.tan2_theta.len(), self.count, |i, j| {
             2.0 * (self.tan2_theta[i] / (alpha[j] * alpha[j]) - 1.0) * density[(i, j)]
         });
@@ -256,18 +256,45 @@ impl Problem {
     }
 
     /// Adds the terms of a lobe's errors and the condition on its weights' sum.
-    ///
-    /// Newton's equations of Σ |e/u|^p are those of least squares with rows times √(ω (p − 1)) and
-    /// errors times √(ω/(p − 1)), ω = [`Norm::weight`].
     fn add_lobe(
         &self,
         equations: &mut NormalEquations,
         lobe: usize,
         x: &DVector<f64>,
-        [density, slope]: &[DMatrix<f64>; 2],
+        basis: &[DMatrix<f64>; 2],
     ) {
         let n = self.count;
-        let errors = self.errors(lobe, x, density);
+        let errors = self.errors(lobe, x, &basis[0]);
+        let (jacobian, residual) = self.rows(lobe, x, &errors, basis);
+        equations.squares += errors.iter().map(|error| self.norm.term(*error)).sum::<f64>();
+        equations.squares += residual[residual.len() - 1].powi(2);
+        let gradient = jacobian.tr_mul(&residual);
+        // The unknowns of this lobe: the n widths, then its own n weights.
+        let first = (1 + lobe) * n;
+        let places: Vec<usize> = (0..n).chain(first..first + n).collect();
+        for i in 0..2 * n {
+            equations.gradient[places[i]] += gradient[i];
+            // Only the lower triangle is read.
+            for j in 0..=i {
+                let product = jacobian.column(i).dot(&jacobian.column(j));
+                equations.hessian[(places[i], places[j])] += product;
+            }
+        }
+    }
+
+    /// The rows of a lobe's errors, and as the last that of the condition on its weights' sum: their
+    /// derivatives by the widths and the lobe's weights, and their values.
+    ///
+    /// Newton's equations of Σ |e/u|^p are those of least squares with rows times √(ω (p − 1)) and
+    /// errors times √(ω/(p − 1)), ω = [`Norm::weight`].
+    fn rows(
+        &self,
+        lobe: usize,
+        x: &DVector<f64>,
+        errors: &DVector<f64>,
+        [density, slope]: &[DMatrix<f64>; 2],
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let n = self.count;
         let order = f64::from(self.norm.exponent - 1);
         // A high power sees few of the angles.
         let weights = errors.map(|error| self.norm.weight(error));
@@ -287,19 +314,7 @@ impl Problem {
         let sum_weight = SUM_WEIGHT * f64::from(self.norm.exponent / 2).sqrt() / self.norm.unit;
         jacobian.view_mut((seen.len(), n), (1, n)).fill(sum_weight);
         residual[seen.len()] = sum_weight * (x.rows((1 + lobe) * n, n).sum() - 1.0);
-        equations.squares += errors.iter().map(|error| self.norm.term(*error)).sum::<f64>();
-        equations.squares += residual[seen.len()].powi(2);
-        let gradient = jacobian.tr_mul(&residual);
-        // Unknown j of this lobe: the n widths, then its own n weights.
-        let place = |j: usize| if j < n { j } else { j + lobe * n };
-        for i in 0..2 * n {
-            equations.gradient[place(i)] += gradient[i];
-            // Only the lower triangle is read.
-            for j in 0..=i {
-                let product = jacobian.column(i).dot(&jacobian.column(j));
-                equations.hessian[(place(i), place(j))] += product;
-            }
-        }
+        (jacobian, residual)
     }
 
     /// The mixture of a solution, weights scaled to sum exactly to 1, widths ascending.
@@ -307,15 +322,16 @@ impl Problem {
     pub fn mixture(&self, x: &DVector<f64>) -> SharedMixture {
         let n = self.count;
         let lobes = 0..self.goals.len();
-        let sums: Vec<f64> = lobes.clone().map(|lobe| x.rows((1 + lobe) * n, n).sum()).collect();
-        let weights = |j: usize| -> Vec<f64> {
-            lobes.clone().map(|lobe| x[(1 + lobe) * n + j] / sums[lobe]).collect()
-        };
+        let sums: Vec<f64> = lobes.map(|lobe| x.rows((1 + lobe) * n, n).sum()).collect();
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+        let weights = order.iter().map(|j| {
+            let lobes = sums.iter().enumerate();
+            lobes.map(|(lobe, sum)| x[(1 + lobe) * n + j] / sum).collect()
+        });
         SharedMixture {
             alpha: order.iter().map(|j| x[*j].exp()).collect(),
-            weights: order.iter().map(|j| weights(*j)).collect(),
+            weights: weights.collect(),
         }
     }
 }

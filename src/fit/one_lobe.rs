@@ -6,12 +6,11 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use crate::brdf::one_lobe::{OneLobe, OneLobeChannel, SCALE_OF_RHO_S};
-use crate::fit::lanes::{Block, LobeSamples};
+use crate::fit::lanes::{LobeSamples, PairLanes, lanes};
 use crate::fit::metric::Metric;
 use crate::fit::minima::{local_minima, lowest};
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
-
 use crate::material::{Channel, Material};
 use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::math::least_squares::{
@@ -24,11 +23,11 @@ use crate::microfacet::{Distribution as _, Family, Fresnel, OneWidth};
 pub struct OneLobeFit {
     /// The best of every channel by itself.
     pub per_channel: OneLobe,
-    /// How far `per_channel` is from the material.
+    /// The distance of `per_channel` from the material.
     pub per_channel_residuals: FitResiduals,
     /// The best with one width for the three channels.
     pub joint: OneLobe,
-    /// How far `joint` is from the material.
+    /// The distance of `joint` from the material.
     pub joint_residuals: FitResiduals,
     /// Oddities of the material or the fit.
     pub reasons: Vec<Reason>,
@@ -88,8 +87,9 @@ pub fn fit_target(target: &Target, family: Family, metric: Metric) -> OneLobeFit
 }
 
 fn reasons(material: &Material, fit: &OneLobe) -> Vec<Reason> {
-    let widest = |c: &usize| fit.channels[*c].alpha > 0.99 * ALPHA_RANGE[1];
-    let widest = (0..3).filter(widest).map(|c| Reason::WidestLobe(Channel::ALL[c]));
+    let channels = Channel::ALL.into_iter().zip(&fit.channels);
+    let widest = channels.filter(|(_, lobe)| lobe.alpha > 0.99 * ALPHA_RANGE[1]);
+    let widest = widest.map(|(channel, _)| Reason::WidestLobe(channel));
     reason::of_material(material).into_iter().chain(widest).collect()
 }
 
@@ -102,9 +102,9 @@ struct Search<'a> {
     family: Family,
     metric: Metric,
     set: InstructionSet,
-    blocks: Vec<Block>,
+    pairs: Vec<PairLanes>,
     /// The Fresnel curve's share of (f0, f90, F(0°)) at each pair.
-    fresnel: [Vec<Lanes>; 3],
+    fresnel: Vec<[Lanes; 3]>,
 }
 
 /// A lobe D G1 G1/(4 cosθi cosθo) at a pair, and its derivative by ln α.
@@ -116,14 +116,16 @@ struct LobeSample {
 
 impl<'a> Search<'a> {
     fn new(target: &'a Target, family: Family, metric: Metric) -> Self {
-        let share = |i: usize| target.lanes(|pair| fresnel_basis(pair.cos_theta_d)[i], 0.0);
+        let fresnel = target.pairs.chunks(LANES).map(|pairs| {
+            [0, 1, 2].map(|i| lanes(pairs, |pair| fresnel_basis(pair.cos_theta_d)[i], 0.0))
+        });
         Self {
             target,
             family,
             metric,
             set: InstructionSet::widest(),
-            blocks: target.blocks(metric),
-            fresnel: [0, 1, 2].map(share),
+            pairs: target.pair_lanes(metric),
+            fresnel: fresnel.collect(),
         }
     }
 
@@ -136,9 +138,14 @@ impl<'a> Search<'a> {
             let log_alpha = high + (low - high) * i as f64 / (SCAN - 1) as f64;
             let lobe = self.lobe(log_alpha);
             for c in 0..3 {
+                // The bounds hold the width, and the model is linear in the rest.
                 x[c][0] = log_alpha;
-                let equations = |x: &DVector<f64>| self.channel_equations(c, x, 0, &lobe).into();
-                let best = minimise(equations, &x[c], &bounds([log_alpha; 2], 1), SCAN_TOLERANCE);
+                let best = minimise(
+                    |x| self.channel_equations(c, x, 0, &lobe).into(),
+                    &x[c],
+                    &bounds([log_alpha; 2], 1),
+                    SCAN_TOLERANCE,
+                );
                 x[c].clone_from(&best.x);
                 scan[c].push(best);
             }
@@ -154,8 +161,12 @@ impl<'a> Search<'a> {
 
     /// The minimum of one channel that a descent from `start` reaches.
     fn channel_minimum(&self, c: usize, start: &DVector<f64>) -> Minimum {
-        let equations = |x: &DVector<f64>| self.channel_equations(c, x, 0, &self.lobe(x[0])).into();
-        minimise(equations, start, &bounds(ALPHA_RANGE.map(f64::ln), 1), TOLERANCE)
+        minimise(
+            |x| self.channel_equations(c, x, 0, &self.lobe(x[0])).into(),
+            start,
+            &bounds(ALPHA_RANGE.map(f64::ln), 1),
+            TOLERANCE,
+        )
     }
 
     /// The best of one channel that a descent from `start` reaches.
@@ -167,12 +178,9 @@ impl<'a> Search<'a> {
     fn joint(&self, scan: &[Vec<Minimum>; 3]) -> DVector<f64> {
         let sums: Vec<f64> =
             (0..SCAN).map(|i| scan.iter().map(|channel| channel[i].squares).sum()).collect();
-        let start = |i: usize| {
-            let coefficients = scan.iter().flat_map(|channel| channel[i].x.iter().skip(1));
-            let unknowns = scan[0][i].x.iter().take(1).chain(coefficients);
-            DVector::from_iterator(1 + 3 * (UNKNOWNS - 1), unknowns.copied())
-        };
-        lowest(local_minima(&sums).into_iter().map(|i| self.joint_minimum(&start(i)))).x
+        let starts =
+            local_minima(&sums).into_iter().map(|i| joined(scan.each_ref().map(|s| &s[i])));
+        lowest(starts.map(|start| self.joint_minimum(&start))).x
     }
 
     /// The minimum with one width that a descent from `start` reaches.
@@ -200,16 +208,9 @@ impl<'a> Search<'a> {
 
     /// The lobe of width e^`log_alpha` at every pair.
     fn lobe(&self, log_alpha: f64) -> Vec<LobeSamples> {
-        let alpha = log_alpha.exp();
-        let block = |pairs: &[Pair]| {
-            let mut samples = LobeSamples::ZERO;
-            for (l, pair) in pairs.iter().enumerate() {
-                let LobeSample { value, slope } = lobe_sample(self.family.of_width(alpha), pair);
-                (samples.value[l], samples.slope[l]) = (value, slope);
-            }
-            samples
-        };
-        self.target.pairs.chunks(LANES).map(block).collect()
+        let distribution = self.family.of_width(log_alpha.exp());
+        let chunks = self.target.pairs.chunks(LANES);
+        chunks.map(|pairs| lobe_samples(distribution, pairs)).collect()
     }
 
     /// The residuals of channel `c`, its coefficients standing in `x` as those of channel `at`.
@@ -233,8 +234,10 @@ impl<'a> Search<'a> {
         lobe: &[LobeSamples],
     ) -> Residuals<UNKNOWNS> {
         let mut sums = Residuals::none();
-        for (i, (block, LobeSamples { value, slope })) in self.blocks.iter().zip(lobe).enumerate() {
-            let [bump, grazing, facing] = [0, 1, 2].map(|share| &self.fresnel[share][i]);
+        for ((pairs, LobeSamples { value, slope }), fresnel) in
+            self.pairs.iter().zip(lobe).zip(&self.fresnel)
+        {
+            let [bump, grazing, facing] = fresnel;
             let (mut f, mut row) = ([0.0; LANES], [[FRAC_1_PI; LANES]; UNKNOWNS]);
             for l in 0..LANES {
                 let fresnel = f0 * bump[l] + f90 * grazing[l] + f_facing * facing[l];
@@ -245,7 +248,7 @@ impl<'a> Search<'a> {
                 row[4][l] = value[l] * facing[l];
             }
             let mut terms = Terms::default();
-            self.metric.add(&mut terms, &f, &block.sides, c);
+            self.metric.add(&mut terms, &f, &pairs.sides, c);
             sums.add(&terms, &row);
         }
         sums
@@ -262,7 +265,7 @@ mod dispatch {
     });
 }
 
-/// Where unknown `i` ≥ 1 of a channel stands: ln α first, then four coefficients per channel.
+/// The place of unknown `i` ≥ 1 of a channel: ln α first, then four coefficients per channel.
 fn place(channel: usize, i: usize) -> usize {
     channel * (UNKNOWNS - 1) + i
 }
@@ -274,6 +277,14 @@ fn bounds(log_alpha: [f64; 2], channels: usize) -> Bounds {
     bounds
 }
 
+/// The unknowns of a lobe with one width, of three channels' that have the same.
+fn joined(channels: [&Minimum; 3]) -> DVector<f64> {
+    let coefficients = channels.iter().flat_map(|channel| channel.x.iter().skip(1));
+    let unknowns = channels[0].x.iter().take(1).chain(coefficients);
+    DVector::from_iterator(1 + 3 * (UNKNOWNS - 1), unknowns.copied())
+}
+
+/// The lobe of a solution in one channel.
 fn lobe_channel(x: &DVector<f64>, channel: usize) -> OneLobeChannel {
     let [rho_d, f0, f90, facing] = std::array::from_fn(|i| x[place(channel, i + 1)]);
     OneLobeChannel { rho_d, alpha: x[0].exp(), fresnel: Fresnel { f0, f90, f1: f0 - facing } }
@@ -284,12 +295,25 @@ fn lobe_sample(distribution: OneWidth, pair: &Pair) -> LobeSample {
     let g1 = pair.cot_theta.map(|cot| distribution.g1(cot));
     let d = distribution.ndf(pair.tan2_theta_h);
     let value = 0.25 * d * (g1[0] / pair.cos_theta[0]) * (g1[1] / pair.cos_theta[1]);
+    // Far from the peak D underflows: the derivatives of Λ need not be evaluated.
     if value == 0.0 {
         return LobeSample { value, slope: 0.0 };
     }
-    let g1_slope = |side: usize| g1[side] * distribution.lambda_by_log_alpha(pair.cot_theta[side]);
-    let slope = distribution.ndf_by_log_alpha(pair.tan2_theta_h) - g1_slope(0) - g1_slope(1);
+    // ∂ln G1/∂ln α = −G1 ∂Λ/∂ln α.
+    let [by_i, by_o] =
+        [0, 1].map(|side| g1[side] * distribution.lambda_by_log_alpha(pair.cot_theta[side]));
+    let slope = distribution.ndf_by_log_alpha(pair.tan2_theta_h) - by_i - by_o;
     LobeSample { value, slope: value * slope }
+}
+
+/// [`lobe_sample`] of at most [`LANES`] pairs.
+fn lobe_samples(distribution: OneWidth, pairs: &[Pair]) -> LobeSamples {
+    let mut samples = LobeSamples::ZERO;
+    for (l, pair) in pairs.iter().enumerate() {
+        let LobeSample { value, slope } = lobe_sample(distribution, pair);
+        (samples.value[l], samples.slope[l]) = (value, slope);
+    }
+    samples
 }
 
 /// F = f0·(1 − u − cosθd) + f90·u + F(0°)·cosθd with u = (1−cosθd)⁵: all three shares are ≥ 0.
@@ -316,7 +340,7 @@ mod tests {
     /// A Beckmann material is recovered by the Beckmann fit.
     #[test]
     fn a_beckmann_channel_is_its_own_fit() {
-        let channel = |alpha: f64| crate::material::ChannelParams {
+        let channels = [0.01, 0.04, 0.16].map(|alpha| crate::material::ChannelParams {
             rho_d: 0.2,
             rho_s: 0.3,
             alpha,
@@ -324,8 +348,7 @@ mod tests {
             f0: 0.4,
             f1: 0.1,
             masking: None,
-        };
-        let channels = [0.01, 0.04, 0.16].map(channel);
+        });
         let material = Material::of_channels("beckmann", &channels).expect("in range");
         let fit = fit(&material, Family::Beckmann);
         for (fitted, exact) in fit.per_channel.channels.iter().zip(&channels) {
@@ -336,6 +359,13 @@ mod tests {
         }
     }
 
+    /// The lobe of one channel, and the one of all, of a scan that starts from these coefficients.
+    fn found_from(search: &Search<'_>, values: [f64; UNKNOWNS]) -> (DVector<f64>, DVector<f64>) {
+        let start = DVector::from_column_slice(&values);
+        let scan = search.scan([start.clone(), start.clone(), start]);
+        (search.channel(1, &scan), search.joint(&scan))
+    }
+
     /// From whatever coefficients the scan starts, the same lobe is found.
     #[test]
     fn every_start_ends_in_the_same_place() {
@@ -344,16 +374,11 @@ mod tests {
                 Target::new(&crate::material::find(name).expect("in the catalogue").material);
             for family in [Family::Beckmann, Family::Ggx] {
                 let search = Search::new(&target, family, Metric::default());
-                let from = |values: [f64; UNKNOWNS]| {
-                    let start = DVector::from_column_slice(&values);
-                    let scan = search.scan([start.clone(), start.clone(), start]);
-                    (search.channel(1, &scan), search.joint(&scan))
-                };
-                let (channel, joint) = from([0.0, 1.0, 0.0, 0.0, 0.0]);
+                let (channel, joint) = found_from(&search, [0.0, 1.0, 0.0, 0.0, 0.0]);
                 for start in
                     [[0.0; UNKNOWNS], [0.0, 0.0, 9.0, 0.0, 9.0], [0.0, 0.3, 1e-3, 5.0, 1e-3]]
                 {
-                    let (other, other_joint) = from(start);
+                    let (other, other_joint) = found_from(&search, start);
                     // The first unknown is ln α.
                     assert!((other[0] - channel[0]).abs() < 1e-3, "{name} {start:?}");
                     assert!((other_joint[0] - joint[0]).abs() < 1e-3, "{name} {start:?}");
@@ -370,10 +395,9 @@ mod tests {
         for family in [Family::Beckmann, Family::Ggx] {
             for pair in target.pairs.iter().step_by(17) {
                 let (alpha, step) = (0.3_f64, 1e-6_f64);
-                let of = |alpha: f64| lobe_sample(family.of_width(alpha), pair);
-                let at = |sign: f64| of(alpha * (sign * step).exp()).value;
-                let difference = (at(1.0) - at(-1.0)) / (2.0 * step);
-                let LobeSample { value, slope } = of(alpha);
+                let [LobeSample { value, slope }, above, below] = [0.0, step, -step]
+                    .map(|step| lobe_sample(family.of_width(alpha * step.exp()), pair));
+                let difference = (above.value - below.value) / (2.0 * step);
                 assert!((slope - difference).abs() <= 1e-6 * (slope.abs() + value), "{pair:?}");
             }
         }

@@ -21,13 +21,13 @@ pub struct LogShape {
 pub struct ShapeSamples {
     /// D G1 G1/(π cosθi cosθo).
     pub value: Vec<f64>,
-    /// By ln α.
+    /// The derivative by ln α.
     pub by_alpha: Vec<f64>,
-    /// By ln p.
+    /// The derivative by ln p.
     pub by_p: Vec<f64>,
 }
 
-/// Where a pair's two directions stand on the masking's grid.
+/// A pair's half vector, and the places of its two directions on the masking's grid.
 struct Place {
     tan2_theta_h: f64,
     inverse_cosines: f64,
@@ -74,6 +74,12 @@ impl LogShape {
     #[must_use]
     pub fn ndf(self) -> SgdNdf {
         SgdNdf::new(self.alpha(), self.p())
+    }
+
+    /// ln D(0).
+    #[must_use]
+    pub fn log_peak(self) -> f64 {
+        self.ndf().peak().ln()
     }
 
     /// The exact masking.
@@ -137,13 +143,17 @@ impl ShapeGrid {
     #[must_use]
     pub fn values(&self, shape: LogShape) -> Vec<f64> {
         let (ndf, masking) = (shape.ndf(), shape.masking());
+        // G1 depends on θ alone, and costs more than all the rest: the grid has far fewer points than
+        // there are directions.
         let grid: [f64; GRID] =
             std::array::from_fn(|k| masking.g1((GRID_START + GRID_STEP * k as f64).exp()));
-        let value = |place: &Place| {
-            let g = place.cot[0].interpolate(&grid) * place.cot[1].interpolate(&grid);
-            ndf.ndf(place.tan2_theta_h) * g * place.inverse_cosines
-        };
-        self.places.iter().map(value).collect()
+        let places = self.places.iter();
+        places
+            .map(|place| {
+                let g = place.cot[0].interpolate(&grid) * place.cot[1].interpolate(&grid);
+                ndf.ndf(place.tan2_theta_h) * g * place.inverse_cosines
+            })
+            .collect()
     }
 
     /// The same with its derivatives.

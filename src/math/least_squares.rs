@@ -120,6 +120,14 @@ impl Bounds {
         Self { lower: DVector::zeros(n), upper: DVector::repeat(n, f64::INFINITY) }
     }
 
+    /// The range \[lower, upper\] of each unknown.
+    #[must_use]
+    pub fn of_ranges(ranges: &[[f64; 2]]) -> Self {
+        let [lower, upper] =
+            [0, 1].map(|end| DVector::from_fn(ranges.len(), |i, _| ranges[i][end]));
+        Self { lower, upper }
+    }
+
     /// The nearest point of the box.
     #[must_use]
     pub fn clamp(&self, x: &DVector<f64>) -> DVector<f64> {
