@@ -68,8 +68,10 @@ pub fn write(
 /// A written file.
 #[derive(Serialize)]
 pub struct FileReport<'a> {
-    path: &'a Path,
-    bytes: u64,
+    /// Where.
+    pub path: &'a Path,
+    /// Its length.
+    pub bytes: u64,
 }
 
 impl<'a> FileReport<'a> {
