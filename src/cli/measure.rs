@@ -267,6 +267,7 @@ fn with_error(value: f64, error: f64) -> String {
     format!("{} ± {error:.1e}", six_digits(value))
 }
 
+/// A line with one number and its standard error.
 fn scalar(name: &str, value: f64, error: f64) -> String {
     format!("  {name:<6} {:>24}", with_error(value, error))
 }

@@ -164,6 +164,7 @@ fn shape(path: Option<&Path>, output: &Output) -> Result<Shape, Failure> {
     mesh.map(Shape::Mesh).ok_or_else(|| unusable(path, "no triangle of finite size"))
 }
 
+/// The failure of a mesh that cannot be shown.
 fn unusable(path: &Path, reason: impl fmt::Display) -> Failure {
     Failure::job(format!("{}: {reason}", path.display()))
         .help("use a .obj, .gltf or .glb file with uncompressed triangles")

@@ -186,6 +186,7 @@ fn errors(sheet: &Sheet<'_>) -> String {
     )
 }
 
+/// A row of the table of errors.
 fn error_row(model: &str, distances: &Distances) -> Vec<String> {
     let Distances { suns, highlights, absolute, relative, lightness } = distances;
     vec![
@@ -299,6 +300,7 @@ fn one_lobe_rows(name: &str, fit: &OneLobe, residuals: &[f64; 3]) -> Vec<Vec<Str
     rows.collect()
 }
 
+/// The row of the factors of a glTF material.
 fn gltf_row(gltf: &GltfBrdf, residuals: &[f64; 3]) -> Vec<String> {
     vec![
         "glTF".to_owned(),

@@ -64,6 +64,7 @@ impl Scene {
     }
 }
 
+/// The error of a buffer that cannot be read.
 fn invalid(buffer: &gltf::Buffer<'_>, what: impl fmt::Display) -> SceneError {
     SceneError::Invalid(format!("buffers/{}", buffer.index()), what.to_string())
 }
