@@ -93,12 +93,10 @@ fn the_library_knows_nothing_of_blender() {
 }
 
 /// Circles that stay, each with its reason. No other is accepted, and none that is gone.
-const CIRCLES: [(&[&str], &str); 1] = [
-    (
-        &["brdf::batch", "brdf::batch::albedo", "brdf::batch::kernel", "brdf::batch::masking"],
-        "one evaluator: the public type, its dispatch and its loops",
-    ),
-];
+const CIRCLES: [(&[&str], &str); 1] = [(
+    &["brdf::batch", "brdf::batch::albedo", "brdf::batch::kernel", "brdf::batch::masking"],
+    "one evaluator: the public type, its dispatch and its loops",
+)];
 
 /// The code of a file as the graph reads it: no comments, no unit tests.
 fn code(path: &Path) -> String {

@@ -135,6 +135,7 @@ fn three_js(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
 
 fn babylon_js(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
     let w = schlick_weight(p.d);
+    // The summand keeps α above 0, where D has no value.
     let dv = lobe(m.roughness * m.roughness + 0.0005, p);
     let albedo = Albedos::of_ggx(m.roughness + 1.0 / 256.0, p.o);
     let coat = coat(m).map(|(factor, rough)| {
@@ -155,6 +156,7 @@ fn babylon_js(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
 }
 
 fn filament(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
+    // A smaller one squared twice is lost in the half floats of a phone's shader.
     const LEAST: f64 = 0.089;
     let coat = coat(m).map(|(factor, rough)| (factor, rough.max(LEAST)));
     let roughness = m.roughness.max(LEAST);
@@ -197,12 +199,14 @@ fn cycles(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
         below -= factor * albedo;
     }
     let metal = cycles_metal(m, p);
+    // The index of refraction of F0 = 1 is infinite.
     let q = (DIELECTRIC_F0 * m.specular_factor).min(0.99);
     let layer = (q > 0.0).then(|| Dielectric::new(q, m.roughness));
     let lobes = m.specular_color.map(|tint| {
         let f0 = (DIELECTRIC_F0 * m.specular_factor * tint).min(1.0);
         layer.map_or([0.0; 2], |layer| layer.lobe(f0, p))
     });
+    // What the strongest colour leaves, for all colours alike: the diffuse colour keeps its hue.
     let under = 1.0 - lobes.iter().map(|lobe| lobe[1]).fold(0.0, f64::max);
     for c in 0..3 {
         let dielectric = lobes[c][0] + under * m.base_color[c] * FRAC_1_PI;

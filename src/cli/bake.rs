@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::cli::assignment::AssignmentArguments;
 use crate::cli::failure::Failure;
 use crate::cli::output::{NewFile, Output, Writing};
-use crate::cli::scene_file::unreadable;
+use crate::cli::scene_file::{FileReport, print_files, unreadable};
 use crate::cli::selection::{self, Chosen, ExtentArguments};
 use sgdbake::asset::{BuildError, Product, Subject, build_with_progress};
 use sgdbake::brdf::MaskingKind;
@@ -88,6 +88,12 @@ struct File {
     bytes: Arc<[u8]>,
 }
 
+impl File {
+    fn report(&self) -> FileReport<'_> {
+        FileReport { path: &self.path, bytes: self.bytes.len() as u64 }
+    }
+}
+
 /// The object that `--json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
@@ -100,12 +106,6 @@ struct Report<'a> {
     rows: usize,
     measured_error: Option<f64>,
     left_out: usize,
-}
-
-#[derive(Serialize)]
-struct FileReport<'a> {
-    path: &'a Path,
-    bytes: usize,
 }
 
 /// All quantities of the whole catalogue, at the same tolerance or size.
@@ -253,7 +253,7 @@ fn report(
     let report = Report {
         schema: "sgdbake/bake/1",
         dry_run: arguments.writing.dry_run,
-        files: files.iter().map(|f| FileReport { path: &f.path, bytes: f.bytes.len() }).collect(),
+        files: files.iter().map(File::report).collect(),
         texture_bytes: product.textures.iter().map(|texture| texture.entry.texel_bytes()).sum(),
         catalogue,
         rows: rows(product),
@@ -264,20 +264,18 @@ fn report(
             .reduce(f64::max),
         left_out: product.left_out.len(),
     };
-    if arguments.json {
-        return output.json(&report);
-    }
-    let verb = if arguments.writing.dry_run { "would write" } else { "wrote" };
-    for file in &report.files {
-        output.line(format!("{verb} {} ({} bytes)", file.path.display(), file.bytes))?;
-    }
-    let Report { rows, texture_bytes, left_out, .. } = report;
+    if arguments.json { output.json(&report) } else { print(&report, output) }
+}
+
+fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
+    print_files(&report.files, report.dry_run, output)?;
+    let Report { rows, texture_bytes, left_out, .. } = *report;
     output
         .line(format!("{rows} rows, {texture_bytes} bytes of texels, {left_out} lobes left out"))?;
     if let Some(error) = report.measured_error {
         output.line(format!("largest error of f measured: {error:.2e}"))?;
     }
-    if let Some(Everything { texture_bytes: all, out_of_reach }) = catalogue {
+    if let Some(Everything { texture_bytes: all, out_of_reach }) = report.catalogue {
         let share = all as f64 / texture_bytes.max(1) as f64;
         output.line(format!(
             "all five quantities of the whole catalogue: {all} bytes, {share:.1} times as many"

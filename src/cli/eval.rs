@@ -181,6 +181,7 @@ fn each_pair(
     let mut input = input::open(path)?;
     let mut line = String::new();
     for number in 1.. {
+        // Line by line: a pipe of pairs may have no end.
         match next_line(&mut *input, &mut line, LONGEST_LINE) {
             Ok(true) => {}
             Ok(false) if number == 1 => return Err(refused(path, number, wrong_header(""))),
@@ -191,6 +192,7 @@ fn each_pair(
             Err(error) => return Err(input::unreadable(path, &error)),
         }
         if number == 1 {
+            // Editors on Windows may start a file with a byte order mark.
             if line.trim_start_matches('\u{feff}').trim() != HEADER {
                 return Err(refused(path, number, wrong_header(&line)));
             }

@@ -170,6 +170,7 @@ impl Fits {
     ) -> Result<Self, MaterialError> {
         let free = (options.energy == Energy::Conserve)
             .then_some(Options { energy: Energy::Free, ..options });
+        // None of the three needs another.
         let ((chosen, free), gltf) = rayon::join(
             || {
                 rayon::join(
@@ -266,6 +267,7 @@ fn with_error(value: f64, error: f64) -> String {
     format!("{} ± {error:.1e}", six_digits(value))
 }
 
+/// A line with one number and its standard error.
 fn scalar(name: &str, value: f64, error: f64) -> String {
     format!("  {name:<6} {:>24}", with_error(value, error))
 }

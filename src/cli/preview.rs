@@ -86,6 +86,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let shape = shape(arguments.mesh.as_deref(), output)?;
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
+    // Every input is read and checked by now.
     if arguments.writing.dry_run {
         return output.written(&arguments.output, arguments.writing);
     }
@@ -163,6 +164,7 @@ fn shape(path: Option<&Path>, output: &Output) -> Result<Shape, Failure> {
     mesh.map(Shape::Mesh).ok_or_else(|| unusable(path, "no triangle of finite size"))
 }
 
+/// The failure of a mesh that cannot be shown.
 fn unusable(path: &Path, reason: impl fmt::Display) -> Failure {
     Failure::job(format!("{}: {reason}", path.display()))
         .help("use a .obj, .gltf or .glb file with uncompressed triangles")

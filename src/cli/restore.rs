@@ -66,6 +66,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let assets = rebuild(&extras, &arguments.textures.into(), Format::Exr)?;
     let restored: Vec<(usize, &Asset)> = indices.iter().copied().zip(&assets).collect();
     let slots = scene.slots();
+    // Now, while the scene has no lookups but the old ones.
     let scene = match arguments.prune {
         true => scene.without_lookups(&indices.into_iter().collect())?,
         false => scene,

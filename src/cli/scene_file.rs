@@ -59,6 +59,7 @@ pub fn write(
     let own_scene = scene.is_file() && is_ours(scene);
     let copies = files.iter().filter(|file| file.copy).map(|file| file.path.as_path());
     writing.check(copies, inputs)?;
+    // The scene is the first of the files; reversed, it is written last.
     let new: Vec<NewFile<'_>> =
         files.iter().rev().map(|file| NewFile::new(&file.path, |out| file.write_to(out))).collect();
     Writing { dry_run, force: force || own_scene }.write_all(&new, inputs)
@@ -67,8 +68,10 @@ pub fn write(
 /// A written file.
 #[derive(Serialize)]
 pub struct FileReport<'a> {
-    path: &'a Path,
-    bytes: u64,
+    /// Where.
+    pub path: &'a Path,
+    /// Its length.
+    pub bytes: u64,
 }
 
 impl<'a> FileReport<'a> {

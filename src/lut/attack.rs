@@ -23,6 +23,7 @@ pub fn attack(brdf: &SgdBrdf, start: &Probe, error: impl Fn(&Probe) -> f64) -> (
         for axis in 0..3 {
             for step in [step, -step] {
                 let moved = place.moved(axis, step);
+                // None below the horizon.
                 let Some(probe) = probes_of_pair(brdf, moved.pair()).into_iter().next() else {
                     continue;
                 };

@@ -96,6 +96,7 @@ pub fn bake_with_progress(
     if rows.lobes.len() > MAX_ROWS || rows.fresnel.len() > MAX_ROWS {
         return Err(BakeError::Rows { found: rows.fresnel.len().max(rows.lobes.len()) });
     }
+    // Refused now, not after minutes with half of the tables filled.
     memory::check(memory::of_bake(request, materials.len(), rows.lobes.len()))?;
     let left_out = sampled.iter().flat_map(|s| s.left_out(invisible)).collect();
     let mut tables = Vec::new();

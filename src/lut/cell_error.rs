@@ -140,6 +140,7 @@ impl Cells<'_> {
     /// The error of a texel channel in a cell, as the table's encoding measures it.
     fn error(&self, cell: usize, c: usize, exact: Interval, stored: Interval) -> Interval {
         let vanishing = self.term == Term::Ndf && (stored[1] < VANISHED || exact[1] < VANISHED);
+        // Towards the end ln D falls without limit: D may be decoded as 0 there, e^{−∞} − 1 = −1.
         let off = if vanishing {
             [f64::NEG_INFINITY, self.closing_error(exact, stored)]
         } else {
@@ -206,6 +207,7 @@ impl Cells<'_> {
 /// The largest of (1−w) a + w b + ½ k w (1−w) over w in \[0, 1\].
 fn largest_of_parabola([a, b]: Interval, k: f64) -> f64 {
     let ends = a.max(b);
+    // Not a number at k = 0, where it is not asked for.
     let top = (0.5 + (b - a) / k).clamp(0.0, 1.0);
     if k > 0.0 { parabola(a, b, k, top).max(ends) } else { ends }
 }

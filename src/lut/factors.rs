@@ -184,6 +184,7 @@ impl Subject {
         let peaks = self.ndf_peaks;
         let slope_density = ndf.map(|table| table.value(self.row, at.half, peaks, filter));
         let g1 = masking.map(|table| at.masking.map(|u| table.value(self.row, u, peaks, filter)));
+        // The texel is a density of slopes, P22; D = P22/cos⁴θh.
         let inv_cos2 = 1.0 + probe.angles.tan2_h;
         let mut decoded = [0.0; 3];
         for (j, exact) in probe.lobes.iter().enumerate().filter(|(j, _)| self.visible[*j]) {

@@ -64,6 +64,7 @@ pub fn check(needed: usize) -> Result<(), BakeError> {
 fn free() -> Option<usize> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let free = kibibytes(&text, "MemAvailable:")? + kibibytes(&text, "SwapFree:").unwrap_or(0);
+    // A container sees the memory of its host in /proc.
     let limit = fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
     let limit = limit.and_then(|limit| limit.trim().parse().ok()).unwrap_or(usize::MAX);
     Some(free.saturating_mul(1024).min(limit))

@@ -210,6 +210,7 @@ impl Promise<'_> {
         let unseen = self.unseen(1 + round);
         let (found, mut worst) = attacked(Attack::Climb, &unseen, tables, &Filter::COVERED);
         let mut error = measure(seen, tables, &Filter::COVERED).max(found);
+        // The longer search pays only where the short one finds no fault.
         if !self.is_broken_by(error, tolerance) {
             let unseen = self.unseen(SEARCHED + round);
             let (found, longer) = attacked(Attack::Search, &unseen, tables, &Filter::COVERED);

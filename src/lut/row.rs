@@ -86,6 +86,7 @@ impl Rows {
         let first = self.fresnel.len();
         let mut fresnel_rows = [first; MAX_LOBES];
         let name = name.to_owned();
+        // A texel has one number for each colour: two lobes of one colour need a row each.
         if (0..3).all(|c| colouring(&lobes, c).count() <= 1) {
             let curves = [0, 1, 2].map(|c| colouring(&lobes, c).next().map(|lobe| lobe.fresnel[c]));
             self.fresnel.push(FresnelRow { name: name.clone(), curves });
@@ -137,6 +138,7 @@ pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; MAX_L
     let mut key = Vec::new();
     for (lobe, visible) in material.lobes().iter().zip(visible) {
         if visible {
+            // Exact masking follows from α and p; the printed fit changes no texel of it.
             let masking = lobe.masking().filter(|_| kind == MaskingKind::Fitted);
             let fitted = masking.map_or([0.0; 3], |m| [m.lambda, m.c, m.k]);
             let shares =

@@ -88,8 +88,10 @@ impl Texels {
 
     /// The texels as codes over the range that they span.
     fn quantised(texels: &[[f64; 3]]) -> Self {
+        // In f32, as the range is stored.
         let all = texels.as_flattened().iter().map(|t| *t as f32);
         let lowest = all.clone().fold(f32::INFINITY, f32::min);
+        // Equal texels span something too, or their codes would be 0/0.
         let highest = all.fold(f32::NEG_INFINITY, f32::max).max(lowest + f32::EPSILON);
         let span = f64::from(highest) - f64::from(lowest);
         let codes = texels

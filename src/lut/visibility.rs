@@ -66,6 +66,7 @@ impl Visibility {
     /// v(wi)·v(wo) of each lobe at cosθi, cosθo = `middle` ∓ `reach`.
     #[inline(always)]
     pub fn products<A: Arithmetic>(&self, middle: &Lanes, reach: &Lanes) -> [Lanes; 3] {
+        // A loop of known length stays in registers; five lengths serve every order.
         match self.count {
             0..=10 => self.products_of::<A, 10>(middle, reach),
             11..=12 => self.products_of::<A, 12>(middle, reach),
@@ -87,8 +88,10 @@ impl Visibility {
         let inverse_scale = 1.0 / self.scale;
         for k in 0..BLOCK {
             let (cos_i, cos_o) = (middle[k] - reach[k], middle[k] + reach[k]);
+            // cosθo = middle + reach is never below the horizon.
             let above = max(cos_i, 0.0);
             let (length_i, length_o) = (above + self.scale, cos_o + self.scale);
+            // One division in place of three.
             let inverse_both = 1.0 / (length_i * length_o);
             inverse[k] = inverse_both;
             t_i[k] = A::mul_add(above * length_o * inverse_both, self.stretch, -1.0);
@@ -121,6 +124,7 @@ mod tests {
     use crate::lut::row::Rows;
     use crate::material::catalog;
     use crate::math::arithmetic::Fused;
+    use crate::math::direction::cot_of_cos;
     use crate::microfacet::{Accuracy, Sgd};
 
     #[test]
@@ -138,7 +142,7 @@ mod tests {
     /// G1/cosθ.
     fn visibility_of(lobe: &Lobe<Sgd>, cos: f64) -> f64 {
         let cos = cos.clamp(1e-12, 1.0);
-        lobe.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt()) / cos
+        lobe.g1(cot_of_cos(cos)) / cos
     }
 
     fn worst_product(accuracy: f64) -> f64 {

@@ -233,6 +233,7 @@ pub fn attacked<'a>(
     climbs.collect()
 }
 
+/// The largest error at one probe.
 fn error_at(table: &Table, probe: &Probe) -> f64 {
     measure(table, std::slice::from_ref(probe))
 }

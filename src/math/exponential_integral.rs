@@ -37,12 +37,12 @@ fn scaled(p: f64, x: f64, upper_gamma: f64) -> f64 {
 
 /// g = 1/(x+p − 1·p/(x+p+2 − 2(p+1)/(x+p+4 − …))), by Lentz's method.
 fn continued_fraction(p: f64, x: f64) -> f64 {
-    const MOST_TERMS: u32 = 500;
+    const MAX_TERMS: u32 = 500;
     let mut b = x + p;
     let mut d = 1.0 / b;
     let mut c = f64::MAX;
     let mut g = d;
-    for k in (1..MOST_TERMS).map(f64::from) {
+    for k in (1..MAX_TERMS).map(f64::from) {
         let a = -k * (p + k - 1.0);
         b += 2.0;
         d = 1.0 / (b + a * d);

@@ -27,6 +27,7 @@ impl G1Table {
     /// The table of a mixture's G1.
     #[must_use]
     pub fn of(mixture: &BeckmannMixture) -> Self {
+        // Between the two widths G1/cotθ has structure, and nowhere else.
         let [narrowest, widest] = mixture.widths();
         let range = [LOW * narrowest, HIGH * widest];
         Self(OctaveTable::new(range, |cot| mixture.g1(cot) / cot))

@@ -102,11 +102,11 @@ impl VisibleNormals {
 /// The right side is convex in d and at least d², so Newton's method from √(−ln(1 − u)) descends to
 /// the root.
 fn masking_slope(a: f64, u: f64) -> f64 {
-    const MOST_STEPS: usize = 30;
+    const MAX_STEPS: usize = 30;
     const ENOUGH: f64 = 1e-9;
     let (e, q_a) = (-(-u).ln_1p(), q(a, a));
     let mut d = e.sqrt();
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let q_s = q(a, a + d);
         let excess = d * (2.0 * a + d) - (q_s / q_a).ln() - e;
         let step = excess * q_s / (2.0 * d);
@@ -176,10 +176,10 @@ fn longer(rates: &[(f64, f64)], x: f64) -> [f64; 2] {
 /// e(x) is concave, as S is a mixture of exponentials: Newton's method ends up below the root and
 /// climbs.
 fn inverse(rates: &[(f64, f64)], e: f64, last: [f64; 3], steepest: f64) -> [f64; 3] {
-    const MOST_STEPS: usize = 60;
+    const MAX_STEPS: usize = 60;
     const ENOUGH: f64 = 1e-13;
     let [mut x, mut found, mut slope] = last;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let next = (x + (e - found) / slope).max(e / steepest);
         let done = (next - x).abs() <= ENOUGH * next;
         x = next;

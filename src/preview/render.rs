@@ -175,6 +175,7 @@ struct Paths {
 impl<const MODELS: usize> View<'_, MODELS> {
     fn pixel(&self, column: usize, row: usize, paths: &mut Paths) -> [Seen; MODELS] {
         let index = (row * self.quality.size + column) as u64;
+        // A stream for each pixel: threads may take pixels in any order.
         let mut rng = Pcg64Mcg::seed_from_u64(self.quality.seed ^ (index + 1).wrapping_mul(STREAM));
         let points = self.quality.samples.div_ceil(DIRECTIONS).max(2);
         paths.clear();
@@ -248,6 +249,7 @@ impl Paths {
             sum += reflected;
             squares += luminance(reflected.to_array()).powi(2);
         }
+        // Points are the independent samples; the paths of one share its normal.
         let points = self.points.len() as f64;
         let mean = sum / points;
         let spread = squares / points - luminance(mean.to_array()).powi(2);

@@ -183,12 +183,10 @@ fn audit_channel(
     let c = channel as usize;
     let of_channel = evaluators.lobes_of(c);
     let mut laws = vec![reciprocity(&evaluators.exact, c)];
-    for j in &of_channel {
-        for check in &lobes[*j].laws {
-            match laws.iter_mut().find(|known| known.law == check.law) {
-                Some(known) => known.deviation = worst([known.deviation, check.deviation]),
-                None => laws.push(*check),
-            }
+    for check in of_channel.iter().flat_map(|j| &lobes[*j].laws) {
+        match laws.iter_mut().find(|known| known.law == check.law) {
+            Some(known) => known.deviation = worst([known.deviation, check.deviation]),
+            None => laws.push(*check),
         }
     }
     if let (Some(entry), Some(j)) = (printed, of_channel.first()) {
@@ -204,10 +202,9 @@ fn audit_channel(
         .reduce(|[a, b], [low, high]| [a.min(low), b.max(high)])
         .unwrap_or([0.0, 0.0]);
     let differences = of_channel.iter().map(|j| lobes[*j].masking_difference);
-    let peak = of_channel
-        .iter()
-        .map(|j| evaluators.exact.lobes[*j].distribution.peak())
-        .fold(0.0, f64::max);
+    let difference = differences.reduce(|a, b| if b.largest > a.largest { b } else { a });
+    let peaks = of_channel.iter().map(|j| evaluators.exact.lobes[*j].distribution.peak());
+    let peak = peaks.fold(0.0, f64::max);
     ChannelAudit {
         channel,
         laws,
@@ -215,8 +212,7 @@ fn audit_channel(
         half: half_ranges(evaluators, c, peak, fresnel, &albedo),
         albedo: albedo.to_vec(),
         fresnel,
-        masking_difference: differences
-            .reduce(|a, b| if b.largest > a.largest { b } else { a })
+        masking_difference: difference
             .unwrap_or(MaskingDifference { largest: 0.0, theta_deg: 0.0 }),
     }
 }

@@ -119,6 +119,7 @@ impl Reference {
                 total += pair.weights[side] * exact * exact;
             }
         }
+        // Nothing is relative to a black measurement.
         if total > 0.0 { (off / total).sqrt() } else { off.sqrt() }
     }
 
@@ -145,6 +146,7 @@ impl Reference {
             let found = both(model, pair);
             for (side, c) in (0..2).flat_map(|side| (0..3).map(move |c| (side, c))) {
                 let (exact, fitted) = (measured[side][c], found[side][c]);
+                // Not measured.
                 if exact.is_nan() {
                     continue;
                 }
@@ -182,6 +184,7 @@ impl Picture {
     fn new(measured: &dyn Reflectance, pixels: Vec<Pixel>) -> Self {
         let seen = pixels.into_iter().filter_map(|pixel| {
             let radiance = pixel.radiance(measured);
+            // A pixel that was not measured whole has no colour to compare with.
             radiance.iter().all(|x| x.is_finite()).then(|| (pixel, lab(radiance)))
         });
         let (pixels, seen) = seen.unzip();

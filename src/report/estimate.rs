@@ -122,6 +122,7 @@ fn moments(draw: Draw<'_>, n: u64, seed: u64) -> [Moments; 3] {
 /// The moments of the draws in a range of the stream.
 fn chunk_moments(draw: Draw<'_>, range: std::ops::Range<u64>, seed: u64) -> [Moments; 3] {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    // Three numbers a draw: the chunk starts where the one before it ends.
     rng.advance(3 * u128::from(range.start));
     range.fold([Moments::default(); 3], |moments, _| {
         let values = draw(rng.random());

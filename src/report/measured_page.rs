@@ -43,6 +43,7 @@ fn row(band: &Band) -> String {
     )
 }
 
+/// A share in percent.
 fn percent(share: f64) -> String {
     format!("{:.2} %", 100.0 * share)
 }

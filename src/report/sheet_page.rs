@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use base64::{Engine as _, prelude::BASE64_STANDARD};
 
 use crate::asset::Distances;
+use crate::brdf::{GltfBrdf, OneLobe, OneLobeChannel};
 use crate::encode::GENERATOR;
 use crate::material::Channel;
 use crate::preview::film::FilmError;
@@ -185,6 +186,7 @@ fn errors(sheet: &Sheet<'_>) -> String {
     )
 }
 
+/// A row of the table of errors.
 fn error_row(model: &str, distances: &Distances) -> Vec<String> {
     let Distances { suns, highlights, absolute, relative, lightness } = distances;
     vec![
@@ -263,33 +265,12 @@ fn curves(plots: &Plots) -> String {
 }
 
 fn fits(sheet: &Sheet<'_>) -> String {
-    let one_lobe = [("Beckmann", &sheet.fits.beckmann), ("GGX", &sheet.fits.ggx)];
-    let rows: Vec<Vec<String>> = one_lobe
-        .into_iter()
-        .zip(&sheet.fits.residuals)
-        .flat_map(|((name, fit), residual)| {
-            Channel::ALL.into_iter().enumerate().map(move |(c, channel)| {
-                let of = &fit.channels[c];
-                let numbers =
-                    [of.rho_d, of.alpha, of.fresnel.f0, of.fresnel.f90, of.fresnel.f1, residual[c]];
-                let name = format!("{name} {}", channel.name());
-                std::iter::once(name).chain(numbers.map(four_decimals)).collect()
-            })
-        })
-        .collect();
-    let columns = ["ρd", "α", "f0", "f90", "f1", "residual"];
-    let gltf = &sheet.fits.gltf;
-    let gltf_row = vec![
-        "glTF".to_owned(),
-        gltf.base_color.map(four_decimals).join(" "),
-        four_decimals(gltf.metallic),
-        four_decimals(gltf.roughness),
-        four_decimals(gltf.specular_factor),
-        gltf.specular_color.map(four_decimals).join(" "),
-        or_dash(gltf.clearcoat, four_decimals),
-        or_dash(gltf.clearcoat_roughness, four_decimals),
-        sheet.fits.residuals[2].map(four_decimals).join(" "),
+    let [beckmann, ggx, gltf] = &sheet.fits.residuals;
+    let lobes = [
+        one_lobe_rows("Beckmann", &sheet.fits.beckmann, beckmann),
+        one_lobe_rows("GGX", &sheet.fits.ggx, ggx),
     ];
+    let columns = ["ρd", "α", "f0", "f90", "f1", "residual"];
     let gltf_columns = [
         "base colour",
         "metallic",
@@ -302,9 +283,36 @@ fn fits(sheet: &Sheet<'_>) -> String {
     ];
     format!(
         "<h2>Best fits</h2>{}<br>{}",
-        table("", &columns, &rows),
-        table("", &gltf_columns, &[gltf_row])
+        table("", &columns, &lobes.concat()),
+        table("", &gltf_columns, &[gltf_row(&sheet.fits.gltf, gltf)])
     )
+}
+
+/// A row for each channel of a fit.
+fn one_lobe_rows(name: &str, fit: &OneLobe, residuals: &[f64; 3]) -> Vec<Vec<String>> {
+    let channels = Channel::ALL.into_iter().zip(&fit.channels).zip(residuals);
+    let rows = channels.map(|((channel, of), residual)| {
+        let OneLobeChannel { rho_d, alpha, fresnel } = of;
+        let numbers = [*rho_d, *alpha, fresnel.f0, fresnel.f90, fresnel.f1, *residual];
+        let name = format!("{name} {}", channel.name());
+        std::iter::once(name).chain(numbers.map(four_decimals)).collect()
+    });
+    rows.collect()
+}
+
+/// The row of the factors of a glTF material.
+fn gltf_row(gltf: &GltfBrdf, residuals: &[f64; 3]) -> Vec<String> {
+    vec![
+        "glTF".to_owned(),
+        gltf.base_color.map(four_decimals).join(" "),
+        four_decimals(gltf.metallic),
+        four_decimals(gltf.roughness),
+        four_decimals(gltf.specular_factor),
+        gltf.specular_color.map(four_decimals).join(" "),
+        or_dash(gltf.clearcoat, four_decimals),
+        or_dash(gltf.clearcoat_roughness, four_decimals),
+        residuals.map(four_decimals).join(" "),
+    ]
 }
 
 fn audit(sheet: &Sheet<'_>) -> String {

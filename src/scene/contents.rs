@@ -112,6 +112,7 @@ const MAX_TEXTURE_BYTES: u64 = 12 * 16384 * 16384 + (64 << 20);
 /// Bytes of a manifest of the most rows, each with a name of the longest.
 const MAX_MANIFEST_BYTES: u64 = 1 << 30;
 
+/// Refuses a file of more bytes than any of its kind has.
 fn check_size(found: u64, most: u64, kind: &'static str) -> Result<(), ContentsError> {
     if found > most { Err(ContentsError::Size { kind, found, most }) } else { Ok(()) }
 }

@@ -77,6 +77,7 @@ impl Job<'_> {
                 None if index == 0 => decode_data_uri(uri)?,
                 None => continue,
             };
+            // Views would reach into the bytes that follow it in the chunk.
             if bytes.len() < buffer.byte_length.0 {
                 let place = format!("buffers[{index}]");
                 let lengths = (buffer.byte_length.0, bytes.len());

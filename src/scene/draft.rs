@@ -97,6 +97,7 @@ impl<'s> Draft<'s> {
     pub fn embed(&mut self, bytes: Bytes) -> serde_json::Result<usize> {
         let has_bin = self.bin.is_some();
         let buffers = self.array("buffers")?;
+        // In a .glb the first buffer without an address is the BIN chunk.
         let own_file = match buffers.item(0) {
             Some(first) => !has_bin || Pieces::object(first)?.get("uri").is_some(),
             None => false,
@@ -121,6 +122,7 @@ impl<'s> Draft<'s> {
         }
         for (key, array) in self.arrays {
             let text = array.to_text();
+            // An array that nobody changed keeps its bytes, blanks included.
             if text != self.root.original(key).unwrap_or("[]") {
                 self.root.set(key, text);
             }

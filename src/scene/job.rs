@@ -61,6 +61,7 @@ impl<'s> Job<'s> {
             resources.extend(self.scene.resources()?);
         }
         let source = self.scene.folder();
+        // Two spellings may name one folder.
         let same = match (source.canonicalize(), self.folder().canonicalize()) {
             (Ok(source), Ok(target)) => source == target,
             _ => false,
@@ -116,6 +117,7 @@ impl<'s> Job<'s> {
 
     /// The extension's entry for a texture whose bytes are stored with the scene, once.
     fn attach(&mut self, texture: &Texture) -> Result<TextureEntry, SceneError> {
+        // Assets that share a texture share its allocation.
         let bytes = Arc::as_ptr(&texture.bytes).cast::<u8>();
         let place = match self.stored.get(&bytes) {
             Some(place) => place.clone(),

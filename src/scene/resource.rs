@@ -28,6 +28,7 @@ impl Resource {
             return Ok(None);
         }
         let decoded = percent_decode(uri);
+        // `%2e%2e` leaves the folder as `..` does.
         match refusal(uri).or_else(|| refusal(&decoded)) {
             Some(reason) => Err(SceneError::Uri { uri: uri.to_owned(), reason }),
             None => {
@@ -44,6 +45,7 @@ impl Resource {
     pub fn locate(&self, folder: &Path) -> Result<PathBuf, SceneError> {
         let folder = folder.canonicalize().map_err(|source| self.missing(source))?;
         let file = folder.join(&self.path).canonicalize().map_err(|source| self.missing(source))?;
+        // A link may lead out of the folder.
         if !file.starts_with(&folder) {
             let reason = "is a link out of the scene's folder";
             return Err(SceneError::Uri { uri: self.uri.clone(), reason });

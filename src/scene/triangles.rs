@@ -64,6 +64,7 @@ impl Scene {
     }
 }
 
+/// The error of a buffer that cannot be read.
 fn invalid(buffer: &gltf::Buffer<'_>, what: impl fmt::Display) -> SceneError {
     SceneError::Invalid(format!("buffers/{}", buffer.index()), what.to_string())
 }
@@ -78,6 +79,7 @@ fn append(
     let Some(positions) = reader.read_positions() else { return };
     let positions: Vec<DVec3> =
         positions.map(|p| place.transform_point3(Vec3::from(p).as_dvec3())).collect();
+    // A stretched mesh would tilt normals that turn as its corners do.
     let to_normal = place.inverse().transpose();
     let normals: Option<Vec<DVec3>> = reader.read_normals().map(|normals| {
         let turned = normals.map(|n| to_normal.transform_vector3(Vec3::from(n).as_dvec3()));

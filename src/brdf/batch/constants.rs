@@ -92,6 +92,7 @@ impl LobeConstants {
     pub fn ndf<A: Arithmetic>(&self, NormalAt { x, spread }: NormalAt) -> f32 {
         let power = self.p * log2::<A>(A::mul_add(x, self.inv_alpha2, 1.0));
         let density = self.peak * exp2::<A>(A::mul_add(-x, self.decay, -power));
+        // An infinite D times a factor of 0 would not be a number.
         min(density * spread, f32::MAX)
     }
 

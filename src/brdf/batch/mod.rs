@@ -122,6 +122,7 @@ impl SgdBatch {
     /// The slices differ in length; nothing is written.
     pub fn eval(&self, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> Result<(), LengthMismatch> {
         let inputs = pairs.wi.iter().chain(&pairs.wo).map(|slice| slice.len());
+        // All lengths are compared before the first value is written.
         same_length(inputs.chain(out.0.iter().map(|slice| slice.len())))?;
         dispatch::eval(self.set, self, pairs, out);
         Ok(())

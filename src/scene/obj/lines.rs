@@ -337,6 +337,7 @@ impl<R: BufRead> Read for Lines<'_, R> {
     }
 }
 
+/// Why a line with such a corner is refused.
 fn not_a_corner(corner: &[u8]) -> String {
     format!("{:?} is not a face corner", String::from_utf8_lossy(corner))
 }
