@@ -60,7 +60,8 @@ pub fn fit(material: &Material) -> GltfFit {
 /// Three families, each containing materials that the one before cannot reach: core properties
 /// alone; a dielectric with `KHR_materials_specular`, whose F0 may be any colour; that with
 /// `KHR_materials_clearcoat`. A family is chosen where it lowers the residual by more than 5 %. Its
-/// best material is found by a scan over roughness and a descent from every local minimum that shows.
+/// best material is found by a scan over roughness and a descent from every local minimum that
+/// shows.
 #[must_use]
 pub fn fit_target(target: &Target, metric: Metric) -> GltfFit {
     let problem = Problem::new(target, metric);

@@ -55,8 +55,8 @@ pub fn fit(target: &MeasuredTarget) -> GltfMeasuredFit {
     GltfMeasuredFit { material, difference: whole.difference(&material) }
 }
 
-/// The best material as appendix B of the specification alone evaluates it: nearer there, and far in
-/// engines that share the light between base and lobe in another way.
+/// The best material as appendix B of the specification alone evaluates it: nearer there, and far
+/// in engines that share the light between base and lobe in another way.
 #[must_use]
 pub fn fit_appendix_b(target: &MeasuredTarget) -> GltfBrdf {
     let [thin, whole] = [target.thinned(THINNING), target.clone()].map(Forms::of);
@@ -148,7 +148,7 @@ impl Kick {
     }
 }
 
-/// The starts of the descents: [`STARTS`] with the base colour of the surface outside its highlight.
+/// The starts of the descents: [`STARTS`] with the surface's base colour outside its highlight.
 fn starts(target: &MeasuredTarget) -> Vec<DVector<f64>> {
     let base = target.typical().map(|f| (std::f64::consts::PI * f).clamp(0.01, 0.9));
     STARTS.map(|row| start(base, row)).to_vec()
