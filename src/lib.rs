@@ -123,6 +123,7 @@ pub mod fit;
 #[cfg(feature = "full")]
 pub mod lut;
 pub mod material;
+// Public because the command uses it, hidden because it is not part of the interface.
 #[doc(hidden)]
 pub mod math;
 #[cfg(feature = "full")]
@@ -130,6 +131,7 @@ pub mod measurement;
 pub mod microfacet;
 #[cfg(feature = "full")]
 pub mod preview;
+// As `math`.
 #[cfg(feature = "full")]
 #[doc(hidden)]
 pub mod report;

@@ -170,6 +170,7 @@ fn materials(arguments: &Arguments, output: &Output) -> Result<Vec<Chosen>, Fail
         .filter(|(slot, _)| slot.used)
         .filter_map(|(_, material)| *material)
         .collect();
+    // Several slots may share a material.
     used.sort_unstable();
     used.dedup();
     if used.is_empty() {
@@ -200,6 +201,7 @@ fn request(arguments: &Arguments) -> Result<Request, Failure> {
 /// together they may not fit the memory.
 fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything, Failure> {
     let depths = match request.depths {
+        // The integers of a PNG hold neither D nor the 3D table, which are baked here too.
         Depths::Only(Depth::Unorm16) => Depths::Smallest,
         depths => depths,
     };
@@ -211,6 +213,7 @@ fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything,
     let mut everything = Everything { texture_bytes, out_of_reach: 0 };
     for material in all {
         match lut::bake(&[material], &solid) {
+            // Only the size is kept: the tables are dropped before the next are baked.
             Ok(baked) => everything.texture_bytes += texel_bytes(&baked.tables),
             Err(BakeError::NotReached { .. } | BakeError::Volume { .. }) => {
                 everything.out_of_reach += 1;
@@ -278,6 +281,7 @@ fn report(
         output.line(format!("largest error of f measured: {error:.2e}"))?;
     }
     if let Some(Everything { texture_bytes: all, out_of_reach }) = catalogue {
+        // Materials without a visible lobe have no texels at all.
         let share = all as f64 / texture_bytes.max(1) as f64;
         output.line(format!(
             "all five quantities of the whole catalogue: {all} bytes, {share:.1} times as many"

@@ -68,6 +68,7 @@ impl Failure {
     #[must_use]
     pub fn report(self) -> ExitCode {
         match self {
+            // The reader, such as `head`, has what it wanted.
             Self::ClosedPipe => ExitCode::SUCCESS,
             Self::Reported(reported) => {
                 let exit = ExitCode::from(reported.exit as u8);
@@ -75,6 +76,7 @@ impl Failure {
                 let _ = miette::set_hook(Box::new(|_| {
                     Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
                 }));
+                // miette prints its report through `Debug`.
                 eprintln!("{:?}", miette::Report::new(reported));
                 exit
             }

@@ -30,6 +30,7 @@ fn plain(name: &str) -> String {
         .chars()
         .map(|c| if c.is_alphanumeric() || "-_.@".contains(c) { c } else { '-' })
         .collect();
+    // A leading dot would hide the file, and `.` and `..` are folders.
     if plain.is_empty() || plain.starts_with('.') { format!("-{plain}") } else { plain }
 }
 

@@ -176,6 +176,7 @@ impl Study {
         let fits = arguments.model.iter().map(|model| arguments.fit(*model, &target, &ball));
         let fits: Vec<Fitted> = fits.collect();
         let known = fits.iter().any(|fitted| fitted.fitted_to == FittedTo::Measurement);
+        // The distance of the SGD itself is shown beside that of a fit to the measurement only.
         let known = direct_fits_of(material).filter(|_| known);
         Self {
             name: material.name.clone(),
@@ -238,6 +239,7 @@ impl Arguments {
             let pictured = pictured(&fit, material, ball, |_| None);
             return Fitted { model, fit, pictured, fitted_to: FittedTo::Sgd, of_sgd: None };
         };
+        // A fit of the catalogue offers one reflectance, the one whose distance is stated.
         let pictured = pictured(&fit, material, ball, |_| Some(distance.into()));
         Fitted { model, fit, pictured, fitted_to: FittedTo::Measurement, of_sgd: None }
     }
@@ -305,6 +307,7 @@ fn timed(target: &Target) -> Vec<[DVec3; 2]> {
 impl Fitted {
     fn print(&self, study: &Study, json: bool, output: &mut Output) -> Result<(), Failure> {
         let Self { model, fit, pictured, .. } = self;
+        // Evaluations are timed here, one after the other, when no fit runs any more.
         let appearance: Vec<Appearance> =
             pictured.iter().map(|pictured| pictured.appearance(&study.pairs)).collect();
         let (material, model) = (study.name.as_str(), model.name());

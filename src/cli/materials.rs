@@ -53,6 +53,7 @@ fn show(material: &Material, json: bool, output: &mut Output) -> Result<(), Fail
         return output.json(&table_json(material, &rows(material)));
     }
     table(material, output)?;
+    // A material file may bear a catalogue name with other parameters.
     let published = find(&material.name).is_ok_and(|entry| entry.material == *material);
     match refit_of(&material.name).filter(|_| published) {
         Some(refit) => {

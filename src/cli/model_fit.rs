@@ -120,6 +120,7 @@ impl Model {
                 let fit = MeasuredMixtureFit { mixture, residuals, reasons: Vec::new() };
                 Fit::MeasuredMixture(Box::new(fit))
             }
+            // `of_sgd` is the fit in the same model, so a mixture is always caught above.
             (Self::Beckmann | Self::Mixture, _) => Fit::one_lobe(surface, Family::Beckmann),
             (Self::Gltf, _) => {
                 let material = gltf_measured::fit(&surface.target).material;

@@ -86,6 +86,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let shape = shape(arguments.mesh.as_deref(), output)?;
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
+    // Only here, so that a dry run fails over the same inputs as a run.
     if arguments.writing.dry_run {
         return output.written(&arguments.output, arguments.writing);
     }
@@ -93,6 +94,8 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let bar = output.progress(u64::from(arguments.size) * count as u64, "rows");
     let studio = Studio { shape, environment, quality: arguments.quality(), bar: &bar };
     let mut pictures: Vec<Render> = Vec::with_capacity(count);
+    // Any model is drawn from the SGD of its material: a sample is weighted by the density it was
+    // drawn with, so the sampler need not match what is shown.
     for material in &materials {
         let reflectance = arguments.model.reflectance(material)?;
         pictures.push(studio.picture(&drawn_from(material), reflectance.as_ref()));

@@ -56,10 +56,13 @@ pub fn write(
 ) -> Result<(), Failure> {
     let Writing { dry_run, force } = writing;
     let files = changed(files);
+    // A copy has the name that the input gives it: that the scene is ours says nothing about a file
+    // that already bears this name, so copies need the force of the user.
     let own_scene = scene.is_file() && is_ours(scene);
     let copies = files.iter().filter(|file| file.copy).map(|file| file.path.as_path());
     writing.check(copies, inputs)?;
     let new: Vec<NewFile<'_>> =
+        // An export lists the scene first.
         files.iter().rev().map(|file| NewFile::new(&file.path, |out| file.write_to(out))).collect();
     Writing { dry_run, force: force || own_scene }.write_all(&new, inputs)
 }

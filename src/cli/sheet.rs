@@ -102,6 +102,7 @@ fn write(
 impl Arguments {
     fn write_page(&self, file: &str, html: &str) -> Result<(), Failure> {
         let file = NewFile::of_bytes(self.output.join(file), html);
+        // `run` has checked every path against the inputs.
         self.writing.write_all(&[file], &[])
     }
 }

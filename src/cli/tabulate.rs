@@ -87,6 +87,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         let table = tabulate(format, &name, reflectance.as_ref(), output);
         let file = NewFile::new(&arguments.output, |file| {
             let mut writer = io::BufWriter::new(file);
+            // Dropping the writer instead would lose an error of its last write.
             table.write_to(&mut writer).and_then(|()| io::Write::flush(&mut writer))
         });
         arguments.writing.write_all(&[file], &inputs)?;

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 /// that turn the direction of writing.
 fn acts(c: char) -> bool {
     c.is_control()
+        // Marks, embeddings, overrides and isolates of the Unicode bidirectional algorithm.
         || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
