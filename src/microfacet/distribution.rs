@@ -44,6 +44,7 @@ pub trait Distribution: Sync {
     /// The density of the direction that `wo` is reflected to by a visible normal \[1/sr\]:
     /// D(h) G1(wo)/(4 cosθo).
     fn reflected_pdf(&self, tan2_theta_h: f64, cot_theta_o: f64, cos_theta_o: f64) -> f64 {
+        // G1/cosθ first: it stays finite down to the horizon.
         self.ndf(tan2_theta_h) * (0.25 * (self.g1(cot_theta_o) / cos_theta_o))
     }
 }
@@ -51,12 +52,14 @@ pub trait Distribution: Sync {
 /// lim cotθ/G1 at grazing, of any masking.
 #[must_use]
 pub fn grazing_limit(g1: impl Fn(f64) -> f64) -> f64 {
+    // cosθ and cotθ are equal to rounding there, so this is lim cosθ/G1 as well.
     GRAZING / g1(GRAZING)
 }
 
 /// D = slope density · (1+x)², 0 where the density has underflowed whatever cos⁻⁴θ is.
 #[must_use]
 pub fn from_slope_density(slope_density: f64, tan2_theta: f64) -> f64 {
+    // At x = ∞ the product would be 0·∞.
     if slope_density == 0.0 {
         return 0.0;
     }

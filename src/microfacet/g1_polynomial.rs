@@ -36,9 +36,11 @@ impl G1Polynomial {
         let last = end / (end + scale);
         let values = nodes::<N>().map(|t| {
             let u = 0.5 * (t + 1.0) * last;
+            // The inverse of u = c/(c + s).
             let c = (scale * u / (1.0 - u).max(f64::MIN_POSITIVE)).clamp(GRAZING * scale, 1.0);
             g1(cot_of_cos(c)) * (c + scale) / c
         });
+        // T_j is at most 1, so a share of the smallest P bounds the relative change everywhere.
         let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
         let coefficients = powers(needed(&series(values), accuracy * smallest));
         Self { scale, stretch: 2.0 / last, coefficients }
