@@ -217,8 +217,8 @@ impl Factors {
         })
     }
 
-    /// f without a coat (see [`crate::brdf::gltf::GltfBrdf`] for the formula) and its derivatives by
-    /// specular factor, own F0, largest F0, base colour, metallic and roughness.
+    /// f without a coat (see [`crate::brdf::gltf::GltfBrdf`] for the formula) and its derivatives
+    /// by specular factor, own F0, largest F0, base colour, metallic and roughness.
     #[inline(always)]
     fn material(&self, fixed: &Fixed, lobe: &LobeSamples) -> (Lanes, [Lanes; 6]) {
         let Self { specular, f0, brightest, base, metallic } = *self;
