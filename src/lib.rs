@@ -2,8 +2,8 @@
 //! Holzschuch, evaluated exactly, sampled, baked into textures, fitted and exported.
 //!
 //! A [`Material`] is a diffuse colour and up to three lobes. [`catalog`] holds the paper's fits of
-//! the 100 materials of the MERL database, [`refit`] fits of this crate, with one lobe or two, to the
-//! same surfaces; [`named`] finds both, and [`load_material`] reads a file.
+//! the 100 materials of the MERL database, [`refit`] fits of this crate, with one lobe or two, to
+//! the same surfaces; [`named`] finds both, and [`load_material`] reads a file.
 //!
 //! # Evaluate
 //!

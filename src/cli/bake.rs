@@ -300,7 +300,8 @@ fn rows(product: &Product) -> usize {
     product.assets.iter().filter_map(|asset| asset.material.row).max().map_or(0, |row| row + 1)
 }
 
-/// Where half floats are what was asked for, they may be what keeps a tolerance out of reach.
+/// The failure of a bake. Where only half floats are allowed, they may be why the tolerance is not
+/// reached.
 fn refused(error: BuildError, request: &Request) -> Failure {
     let half = request.depths == Depths::Only(Depth::Half);
     let not_reached = matches!(error, BuildError::Bake(BakeError::NotReached { .. }));

@@ -46,7 +46,7 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
-    /// Of several materials.
+    /// Only where there are several materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'a str>,
     wi: [f64; 3],
@@ -54,7 +54,7 @@ struct Line<'a> {
     r: ChannelTerms,
     g: ChannelTerms,
     b: ChannelTerms,
-    /// Of a material where more than one lobe colours a channel.
+    /// Only for a material in which more than one lobe colours a channel.
     #[serde(skip_serializing_if = "Option::is_none")]
     lobes: Option<&'a [LobeTerms]>,
 }
@@ -62,7 +62,7 @@ struct Line<'a> {
 /// The terms of one channel.
 #[derive(Serialize)]
 struct ChannelTerms {
-    /// Of the lobe that alone colours the channel.
+    /// Those of the lobe, where a single one colours the channel.
     #[serde(flatten)]
     factors: Option<Factors>,
     specular: f64,

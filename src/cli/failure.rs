@@ -72,7 +72,7 @@ impl Failure {
             Self::ClosedPipe => ExitCode::SUCCESS,
             Self::Reported(reported) => {
                 let exit = ExitCode::from(reported.exit as u8);
-                // One line a message, so that it can be searched for; a second call changes nothing.
+                // One line a message, so that it can be searched; a second call changes nothing.
                 let _ = miette::set_hook(Box::new(|_| {
                     Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
                 }));

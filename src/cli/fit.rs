@@ -152,7 +152,7 @@ struct Fitted {
     fit: Fit,
     pictured: Vec<Pictured>,
     fitted_to: FittedTo,
-    /// The fit to the SGD material of a measurement, beside that to the measurement.
+    /// The fit to the SGD material of a measurement, in addition to the one to the measurement.
     of_sgd: Option<(Fit, Vec<Pictured>)>,
 }
 
@@ -162,11 +162,11 @@ struct Pictured {
     reflectance: Box<dyn Reflectance + Send>,
     residuals: Residuals,
     delta_e: [f64; 2],
-    /// From a measurement.
+    /// Its distance from a measurement.
     distance: Option<Distance>,
 }
 
-/// Every so many of the target's pairs is evaluated for the time of an evaluation.
+/// Step through the target's pairs to those that evaluations are timed on.
 const TIMED: usize = 4;
 
 impl Study {

@@ -129,7 +129,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     fits.report(arguments, &about, output)
 }
 
-/// Reading, aiming, and the three fits.
+/// Steps of the progress bar: reading, preparing the target, and the three fits.
 const STEPS: u64 = 5;
 
 impl Arguments {

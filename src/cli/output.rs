@@ -25,7 +25,7 @@ pub struct Writing {
     pub force: bool,
 }
 
-/// The command's stdout, stderr and habits.
+/// The command's stdout and stderr.
 #[derive(Debug)]
 pub struct Output {
     stdout: BufWriter<Stdout>,

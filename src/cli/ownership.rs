@@ -18,8 +18,8 @@ const SCHEMA: &str = "sgdbake/";
 /// The most bytes of a text that are looked at for its writer.
 const HEAD: u64 = 4096;
 
-/// Returns whether sgdbake wrote the regular file at `path`. Reads no more than the file's header, or the
-/// JSON of a scene or report.
+/// Returns whether sgdbake wrote the regular file at `path`. Reads no more than the file's header,
+/// or the JSON of a scene or report.
 pub fn is_ours(path: &Path) -> bool {
     let Ok(file) = File::open(path) else { return false };
     let mut file = BufReader::new(file);
@@ -61,8 +61,8 @@ struct Asset {
 /// The largest JSON that is looked into.
 const LARGEST_JSON: u64 = 1 << 28;
 
-/// Returns whether a report or manifest has our schema, or a scene is an export that nobody edited since.
-/// A scene without such a mark counts by its generator.
+/// Returns whether a report or manifest has our schema, or a scene is an export that nobody edited
+/// since. A scene without such a mark counts by its generator.
 fn json_is_ours(json: impl BufRead) -> bool {
     let mut text = String::new();
     if json.take(LARGEST_JSON).read_to_string(&mut text).is_err() {

@@ -18,7 +18,8 @@ use sgdbake::preview::shape::Mesh;
 use sgdbake::preview::{Environment, Film, Model, Shape};
 use sgdbake::scene::Scene;
 
-/// Renders materials or measurements on a ball or a mesh, under the built-in lights or an environment image.
+/// Renders materials or measurements on a ball or a mesh, under the built-in lights or an
+/// environment image.
 ///
 /// Several materials stand side by side. The picture is converged by importance sampling of both
 /// the lights and the surface; the remaining noise is stated. A PNG is tone-mapped, an EXR linear.

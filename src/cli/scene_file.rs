@@ -31,7 +31,7 @@ pub fn unreadable(path: &Path, error: SceneError) -> Failure {
     }
 }
 
-/// The files to write: not those of the input that stand there already.
+/// The files to write, without those of the input that are there already, unchanged.
 fn changed(files: &[OutputFile]) -> Vec<&OutputFile> {
     files.iter().filter(|file| !(file.copy && stands_already(file))).collect()
 }
@@ -46,8 +46,8 @@ fn stands_already(file: &OutputFile) -> bool {
         && fs::read(&file.path).is_ok_and(|old| old == bytes)
 }
 
-/// Writes the files, the scene last: a reader that finds it finds everything. What belongs to a
-/// scene that sgdbake wrote (the buffer has no mark of its own) it may write again.
+/// Writes the files, the scene last: a reader that finds it finds everything. Where sgdbake wrote
+/// the old scene, its files are overwritten with it: a buffer has no mark of its own.
 pub fn write(
     scene: &Path,
     files: &[OutputFile],

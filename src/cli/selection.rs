@@ -127,7 +127,8 @@ pub fn chosen(name: &str, output: &Output) -> Result<Chosen, Failure> {
 ///
 /// # Errors
 ///
-/// Neither: the nearest names. A file that cannot be read or is not a material: file, line and key.
+/// A name that is none of these: the nearest names. A file that cannot be read or is not a
+/// material: file, line and key.
 pub fn material(name: &str, output: &Output) -> Result<Material, Failure> {
     let unknown = match named(name) {
         Ok(material) => return Ok(material.clone()),
@@ -240,7 +241,7 @@ pub struct Subjects {
 }
 
 impl Subjects {
-    /// The paths that the names may be.
+    /// The arguments as paths, as each may name a file that is read.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.material.iter().map(Path::new).chain(self.measured.iter().map(PathBuf::as_path))
     }
@@ -276,7 +277,7 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// The paths that the names may be.
+    /// The arguments as paths, as each may name a file that is read.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.material.iter().map(Path::new)
     }

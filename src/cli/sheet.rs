@@ -20,8 +20,8 @@ use sgdbake::report::view;
 /// Writes the sheet of each material: parameters, pictures of the material and of its best fits
 /// with the differences, lobes, distribution, Fresnel, masking, albedo and audit.
 ///
-/// Of a measurement, every model is fitted to it and compared with it. The sheets link to view.html,
-/// which shows the materials as 'sgdbake view' does.
+/// Of a measurement, every model is fitted to it and compared with it. The sheets link to
+/// view.html, which shows the materials as 'sgdbake view' does.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example:\n  sgdbake sheet --material alum-bronze --material chrome -o sheets\n  sgdbake sheet --measured paint.binary -o sheets"

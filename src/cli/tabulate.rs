@@ -65,7 +65,7 @@ struct Report<'a> {
     dry_run: bool,
     path: &'a Path,
     format: Format,
-    /// None of a dry run, or where nothing reflects.
+    /// `None` in a dry run, or where nothing reflects.
     error: Option<Deviation>,
 }
 

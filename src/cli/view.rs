@@ -140,7 +140,7 @@ pub fn balls(
 /// Rows of quads on a ball.
 const BALL_ROWS: u16 = 64;
 
-/// What the two sides of the line are.
+/// The note on the two sides of the line.
 const NOTE: &str = "Exact on the left of the line, the glTF material on the right";
 
 /// The materials without textures, which the page does not read.

@@ -62,7 +62,7 @@ impl Scene {
     /// else, have.
     ///
     /// # Errors
-    /// Materials that are no valid JSON objects.
+    /// Materials that are not valid JSON objects.
     pub fn without_lookups(self, materials: &BTreeSet<usize>) -> Result<Self, SceneError> {
         self.without_content(&BTreeSet::new(), materials)
     }

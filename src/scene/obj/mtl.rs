@@ -51,6 +51,7 @@ fn load(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Material>, SceneError> {
     let mut materials = Vec::new();
+    // `mtllib a b.mtl` is one file if that is there, else two.
     let whole = resource(library)?.locate(folder);
     let names = if whole.is_ok() { vec![library] } else { library.split_whitespace().collect() };
     for name in names {
@@ -83,6 +84,7 @@ fn completed(text: &str) -> String {
     for line in text.lines() {
         let words: Vec<_> = line.split_whitespace().collect();
         match *words {
+            // tobj panics on a colour of fewer than three numbers.
             ["Ka" | "Kd" | "Ks" | "Ke", "spectral" | "xyz", ..] | ["Ka" | "Kd" | "Ks" | "Ke"] => {}
             [key @ ("Ka" | "Kd" | "Ks" | "Ke"), gray]
             | [key @ ("Ka" | "Kd" | "Ks" | "Ke"), gray, _] => {
@@ -132,6 +134,7 @@ impl Writer<'_> {
             material.insert("normalTexture".into(), texture);
         }
         if let Some(emission) = mtl.emissive.filter(|e| e.iter().any(|x| *x > 0.0)) {
+            // glTF allows no factor above 1.
             material.insert("emissiveFactor".into(), json!(emission.map(unit)));
         }
         if let Some(texture) = self.texture(mtl.unknown_param.get("map_Ke").map(String::as_str))? {
