@@ -18,8 +18,8 @@ use crate::lut::search::smallest;
 use crate::lut::table::{Proof, Table};
 use crate::material::Material;
 
-/// The share of the tolerance below which the lobes of a colour count as invisible; the rest is left
-/// to the errors of the lobes that are stored.
+/// The share of the tolerance below which the lobes of a colour count as invisible; the rest is
+/// left to the errors of the lobes that are stored.
 const INVISIBLE: f64 = 0.5;
 
 /// The result of a bake.

@@ -3,9 +3,9 @@
 //! # Derivation
 //!
 //! Pairs are boxes of (θo, θh, φ): the viewer, the half vector and the azimuth between them. Over a
-//! box every factor of f lies between two values that its monotonicity gives, and every texture errs
-//! by at most the extremes of the cells that the box touches. With D G1(wi) G1(wo) within \[S_low,
-//! S_high\] and F within an interval, a lobe's part of |f_lut − f| cosθi is at most
+//! box every factor of f lies between two values that its monotonicity gives, and every texture
+//! errs by at most the extremes of the cells that the box touches. With D G1(wi) G1(wo) within
+//! \[S_low, S_high\] and F within an interval, a lobe's part of |f_lut − f| cosθi is at most
 //!
 //! ```text
 //! (ρs/π) S_high · |F·(g − 1) + ε·g|,   g = (1+δ_D)(1+δ_i)(1+δ_o),

@@ -46,7 +46,7 @@ impl AngleRanges {
     /// `None` where no light of such a pair is above the horizon.
     #[must_use]
     pub fn new(cot_o: Interval, tan2: Interval, cos_phi: Interval) -> Option<Self> {
-        // cosθ rises with cotθ and sinθ falls, so the ends of the sine swap; likewise with tan²θh.
+        // With cotθ cosines rise and sines fall, with tan²θh the other way round: ends swap.
         let cos_o = cot_o.map(|cot| if cot.is_finite() { cot * sin_of_cot(cot) } else { 1.0 });
         let sin_o = [sin_of_cot(cot_o[1]), sin_of_cot(cot_o[0])];
         let cos_h = [tan2[1], tan2[0]].map(|x| 1.0 / (1.0 + x).sqrt());

@@ -102,7 +102,6 @@ impl Rows {
                 }
             }
         }
-        // Of all lobes: a decoder knows only the parameters, not which lobes are stored.
         let total_rho_s = [0, 1, 2].map(|c| brdf.lobes.iter().map(|lobe| lobe.rho_s[c]).sum());
         self.lobes.push(Row { name, lobes, fresnel_rows, total_rho_s });
     }

@@ -141,7 +141,7 @@ pub fn verified<T, P>(
         round += 1;
         match tolerance {
             Some(tolerance) if !refuting.is_empty() && round < SEARCHES => {
-                // No pair found breaks the tolerance itself: these are taken where a later search fails.
+                // No pair found breaks the tolerance: these serve where a later search fails.
                 if error <= tolerance {
                     kept = Some(Verified { tables, error, unrefuted: false });
                 }
