@@ -28,7 +28,8 @@ pub trait Distribution: Sync {
     /// Smith's Λ at cotθ ≥ 0; infinite at grazing.
     fn lambda(&self, cot_theta: f64) -> f64;
 
-    /// A normal seen from `wo`, of density D(h) G1(wo) ⟨wo, h⟩/cosθo, from uniform numbers in [0, 1).
+    /// A normal seen from `wo`, of density D(h) G1(wo) ⟨wo, h⟩/cosθo, from uniform numbers in
+    /// [0, 1).
     fn visible_normal(&self, wo: DVec3, u: [f64; 3]) -> DVec3;
 
     /// D at tan²θ \[1/sr\].

@@ -92,7 +92,8 @@ impl SingleG1Table {
         (scale + (index % per_octave) as f64 * width, width)
     }
 
-    /// The largest relative error of G1 seen at the quarters and ends of every piece, and below the first.
+    /// The largest relative error of G1 seen at the quarters and ends of every piece, and below the
+    /// first.
     #[must_use]
     pub fn error(&self, exact: &impl Distribution) -> f64 {
         let lowest = Self::interval(0, self.fineness).0;

@@ -125,8 +125,8 @@ impl BeckmannMixture {
         self.components.last().map_or(1.0, |component| component.alpha)
     }
 
-    /// The width of the component that `choice` falls to among those that mask at cotθ, and where in
-    /// its share.
+    /// The width of the component that `choice` falls to among those that mask at cotθ, and the
+    /// place in its share, in [0, 1).
     ///
     /// Component j is chosen with probability w_j Λ_j/Λ; `lambda` is Λ there.
     #[must_use]
@@ -210,8 +210,8 @@ fn support(alpha: f64, p: f64, accuracy: f64) -> f64 {
     (decay / alpha).ln_1p()
 }
 
-/// A rule of n nodes costs n³. Only α below 1e-35 or p above 8e3 ask for more, far from any surface;
-/// the accuracy is then lost, which the laws show.
+/// A rule of n nodes costs n³. Only α below 1e-35 or p above 8e3 ask for more, far from any
+/// surface; the accuracy is then lost, which the laws show.
 const MAX_NODES: f64 = 400.0;
 
 /// No fit of the catalogue has a larger p.
