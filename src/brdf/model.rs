@@ -221,6 +221,7 @@ impl<D: Distribution> Brdf<D> {
         let Some(angles) = Angles::of(wi, wo) else { return [0.0; 3] };
         let mut specular = [0.0; 3];
         for lobe in &self.lobes {
+            // In the order of `terms`, so that both have the same bits.
             let of_lobe = lobe.specular(&lobe.terms(&angles), &angles);
             specular = std::array::from_fn(|c| specular[c] + of_lobe[c]);
         }

@@ -79,6 +79,7 @@ impl BatchMasking for FittedG1 {
     fn g1<A: Arithmetic>(&self, [elevation, _]: Place) -> f32 {
         const BELOW_ONE: f32 = 1.0 - f32::EPSILON;
         let u = elevation * self.inv_onset;
+        // Computed above the onset too, so u is capped: a branch would stop the vectorisation.
         let risen = -exp_m1::<A>(self.k * ln_1p::<A>(-min(u, BELOW_ONE)));
         let g1 = min(-self.scale * exp_m1::<A>(-self.log_ratio * risen), 1.0);
         if u >= 1.0 { 1.0 } else { g1 }
@@ -137,6 +138,7 @@ impl SingleG1Polynomial {
         const SCALES: [f64; 11] = [2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 11.0, 16.0, 24.0, 40.0, 80.0];
         /// Smaller scales would underflow in a product of two.
         const SMALLEST: f64 = 1e-15;
+        // All factors are tried, as it depends on the shape which gives the shortest polynomial.
         let limit = grazing_limit(|cot| exact.g1(cot));
         let tried = SCALES.map(|factor| Self::of_scale(exact, factor * limit)).into_iter();
         let accurate =
@@ -195,6 +197,7 @@ impl SingleG1Polynomial {
     #[inline(always)]
     fn visibility_of<A: Arithmetic, const N: usize>(&self, cos_i: f32, cos_o: f32) -> f32 {
         let (length_i, length_o) = (cos_i + self.scale, cos_o + self.scale);
+        // One division, the slowest operation, for both sides: u_i = cosθi · length_o · inverse.
         let inverse = 1.0 / (length_i * length_o);
         let ratio_i = self.ratio::<A, N>(cos_i * length_o * inverse);
         let ratio_o = self.ratio::<A, N>(cos_o * length_i * inverse);
@@ -240,6 +243,7 @@ impl BatchMasking for SingleG1Polynomial {
         visibilities: &mut Lanes,
     ) {
         match self.order {
+            // A length that the compiler knows unrolls the loop.
             0..=14 => self.visibilities_of::<A, 14>(cos_i, cos_o, visibilities),
             15..=18 => self.visibilities_of::<A, 18>(cos_i, cos_o, visibilities),
             _ => self.visibilities_of::<A, ORDER>(cos_i, cos_o, visibilities),
@@ -264,6 +268,7 @@ impl BatchMaskings {
     pub fn exact(distributions: &[Sgd]) -> Self {
         let polynomials =
             distributions.iter().map(|sgd| SingleG1Polynomial::new(&sgd.clone().tabulated()));
+        // One lobe without a polynomial puts all in tables: a kernel has one form of masking.
         match polynomials.collect() {
             Some(polynomials) => Self::Exact(polynomials),
             None => Self::Tabulated(distributions.iter().map(SingleG1Table::new).collect()),
