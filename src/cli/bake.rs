@@ -297,6 +297,7 @@ fn report(
 
 /// The number of rows that the materials use.
 fn rows(product: &Product) -> usize {
+    // Rows count from 0; a material without a visible lobe has none.
     product.assets.iter().filter_map(|asset| asset.material.row).max().map_or(0, |row| row + 1)
 }
 

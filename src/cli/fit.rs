@@ -189,6 +189,7 @@ impl Study {
     fn of_measurement(path: &Path, arguments: &Arguments) -> Result<Self, Failure> {
         let (measurement, surface, sgd) = measured::surface_and_fit(path)?;
         let target = Target::new(&sgd.material);
+        // A ball also shows pairs that were not measured, so the gaps are filled.
         let ball = ReferenceBall::of(&Filled(&measurement.averaged()));
         let fits = arguments.model.iter();
         let fits = fits.map(|model| arguments.fit_measured(*model, &target, &ball, &surface));
@@ -218,6 +219,7 @@ impl Study {
                 let Some(distance) = &pictured.distance else { continue };
                 let name = fitted.model.name();
                 let row = match to {
+                    // A name tells reflectances of one fit apart; a single one needs none.
                     FittedTo::Measurement if fitted.pictured.len() == 1 => name.to_owned(),
                     FittedTo::Measurement => format!("{name}, {}", pictured.of),
                     FittedTo::Sgd => format!("{name}, {} of SGD", pictured.of),

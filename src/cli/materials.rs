@@ -96,6 +96,7 @@ fn table_line(name: &str, row: &Row) -> String {
 
 fn table_json(material: &Material, rows: &[(String, Row)]) -> Value {
     let name = &material.name;
+    // The form of the paper: a lobe for each channel.
     if material.channel_lobes().is_some() {
         let channels: Map<String, Value> =
             rows.iter().map(|(channel, row)| (channel.clone(), row_json(row))).collect();

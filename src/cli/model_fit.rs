@@ -33,6 +33,7 @@ pub enum Model {
 
 /// The result of a fit.
 #[derive(Clone, Debug, Serialize)]
+// Untagged, as a line of the report has the name of the model already.
 #[serde(untagged)]
 pub enum Fit {
     /// One lobe.

@@ -93,6 +93,7 @@ fn write(
         shown.push(Chosen::fitted(path, &surface, fit));
     }
     bar.finish_and_clear();
+    // A page shows one measurement at most, so it has the fits alone.
     let view = balls(&shown, None)?;
     let file = NewFile::new(arguments.output.join(view::FILE), |file| view.write_to(file));
     arguments.writing.write_all(&[file], &[])?;

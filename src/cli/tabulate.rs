@@ -152,6 +152,7 @@ fn tabulate(format: Format, name: &str, reflectance: &dyn Reflectance, output: &
     let bar = output.progress(steps as u64, "tabulate");
     let table = match format {
         Format::Merl => Table::Merl(Merl::tabulate(reflectance, &|| bar.inc(1))),
+        // `Rgl::tabulate` would store 0 for pairs without a value; MERL has a mark for them.
         _ => {
             let description = format!("{name}, written by {GENERATOR}");
             let filled = Filled(reflectance);

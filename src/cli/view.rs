@@ -118,6 +118,7 @@ pub fn balls(
 ) -> Result<View, Failure> {
     let mut once: Vec<&Chosen> = Vec::new();
     for chosen in shown {
+        // The editions of two arguments may be the same, as for `chrome` and `chrome@refit`.
         if !once.iter().any(|known| known.material == chosen.material) {
             once.push(chosen);
         }

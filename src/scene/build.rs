@@ -123,6 +123,7 @@ impl Builder {
     fn indices(&mut self, surface: &Surface) -> Value {
         let short = surface.positions.len() < usize::from(u16::MAX);
         let view = if short {
+            // No index is cut: `short` has compared the number of vertices.
             let indices: Vec<u16> = surface.indices.iter().map(|&index| index as u16).collect();
             self.view(bytemuck::cast_slice(&indices), ELEMENT_ARRAY_BUFFER)
         } else {

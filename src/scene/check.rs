@@ -16,6 +16,7 @@ use crate::scene::{
 /// [`SceneError::Missing`] for buffers that must not or cannot be read.
 pub(super) fn check(scene: &Scene) -> Result<(), SceneError> {
     let outline = &scene.outline;
+    // First, as views are measured against the `byteLength` that this verifies.
     buffers(scene)?;
     for (i, view) in outline.buffer_views.iter().enumerate() {
         let buffer =
@@ -90,6 +91,7 @@ fn check_accessor(outline: &Outline, i: usize, accessor: &Accessor) -> Result<()
         all(&format_args!("accessors[{i}].sparse"), &views, &outline.buffer_views)?;
         fits(&format_args!("accessors[{i}].sparse.count"), Some(sparse.count.0), accessor.count.0)?;
     }
+    // Without a view the elements are zeros; without an element there is no last one.
     if let (Some(view), Some(size), Some(last)) =
         (view, element_size(accessor), accessor.count.0.checked_sub(1))
     {

@@ -169,6 +169,7 @@ impl Contents {
         let entry = read_entry(bytes)?;
         let materials = entry.rows.iter().enumerate().map(|(index, name)| MaterialContent {
             name: name.clone(),
+            // A texture without a row axis states the one row that it holds.
             row: Some(entry.row.unwrap_or(index)),
             slot: None,
         });

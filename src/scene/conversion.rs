@@ -39,6 +39,7 @@ impl Job<'_> {
                 self.pack_images()?;
                 self.pack_lookups(replaced)?;
             }
+            // Within one container everything stays where it is.
             _ => {}
         }
         if self.container == Container::Gltf && self.scene.rest.is_some() {
@@ -86,6 +87,7 @@ impl Job<'_> {
                 let reason = format!("claims {} bytes, its data has {}", lengths.0, lengths.1);
                 return Err(SceneError::Invalid(place, reason));
             }
+            // A file may be longer; what the buffer does not claim is not part of the scene.
             let bytes = bytes.slice(0..buffer.byte_length.0);
             if index == 0 {
                 self.draft.bin = Some(vec![bytes]);

@@ -4,7 +4,7 @@
 use crate::asset::{EXTENSION, fingerprint};
 use crate::scene::walk;
 
-/// The mark before the hash is known; what stands in its place while it is computed.
+/// The mark before the hash is known, and in its place while it is computed: as long as a hash.
 pub(super) const PLACEHOLDER: &str = "0000000000000000";
 
 /// The document, which an export has put the placeholder into, with its hash in that place.

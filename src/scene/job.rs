@@ -39,6 +39,7 @@ impl<'s> Job<'s> {
         let mut job = Self {
             scene,
             container,
+            // Other files are named after the target, and addresses must be UTF-8.
             stem: target.file_stem().and_then(OsStr::to_str).unwrap_or("scene").to_owned(),
             folder: target.parent().unwrap_or(Path::new("")).to_owned(),
             draft: Draft::new(&scene.text, scene.bin.as_ref())?,
@@ -74,7 +75,7 @@ impl<'s> Job<'s> {
                 let path = self.folder.join(&resource.path);
                 self.files.push(OutputFile { path, pieces, copy: true });
             }
-            // Also where it lies there already: no texture may get its name.
+            // Even where the file lies there already: no texture may get its name.
             self.names.insert(resource.path);
         }
         Ok(())

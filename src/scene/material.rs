@@ -36,6 +36,7 @@ pub(super) fn extensions_of(asset: &Asset) -> impl Iterator<Item = &'static str>
     let fit = &asset.gltf;
     let specular = (fit.specular_factor, fit.specular_color) != DEFAULT_SPECULAR;
     let coat = fit.clearcoat.is_some() && fit.clearcoat_roughness.is_some();
+    // At the defaults KHR_materials_specular would say nothing.
     [Some(EXTENSION), specular.then_some(SPECULAR), coat.then_some(CLEARCOAT)].into_iter().flatten()
 }
 

@@ -63,6 +63,7 @@ impl Resource {
 
 fn refusal(uri: &str) -> Option<&'static str> {
     let scheme = uri.split_once(':').filter(|(scheme, _)| {
+        // A scheme as in RFC 3986.
         scheme.starts_with(|c: char| c.is_ascii_alphabetic())
             && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+.-".contains(c))
     });

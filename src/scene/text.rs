@@ -61,7 +61,7 @@ impl<'t> Pieces<'t> {
         self.items.iter().rev().find(|item| item.key == key).map(|item| &*item.value)
     }
 
-    /// The text of a member, if it has not been changed.
+    /// The text of a member, if it has not been changed; it outlives these pieces.
     pub fn original(&self, key: &str) -> Option<&'t str> {
         let item = self.items.iter().rev().find(|item| item.key == key)?;
         match item.value {
@@ -92,6 +92,7 @@ impl<'t> Pieces<'t> {
 
     /// Replaces the value of `key`, or adds the member at the end.
     pub fn set(&mut self, key: &str, value: impl Into<Cow<'t, str>>) {
+        // The last of several with one key counts, as in `get`.
         match self.items.iter().rposition(|item| item.key == key) {
             Some(at) => self.items[at].value = value.into(),
             None => self.add(Cow::Owned(key.to_owned()), value.into()),
@@ -151,6 +152,7 @@ impl<'t> Pieces<'t> {
         let comma = if self.items.is_empty() { "" } else { "," };
         let lead = match self.brackets[0] {
             '{' => {
+                // The lead of a member ends behind its colon.
                 let space = if neighbour.ends_with(' ') { " " } else { "" };
                 format!("{comma}{gap}{}:{space}", quote(&key))
             }

@@ -74,6 +74,7 @@ fn load(
 
 /// MTL names are plain file names: nothing in them is percent encoded.
 fn resource(name: &str) -> Result<Resource, SceneError> {
+    // Files from Windows have backslashes in their paths.
     Resource::new(&percent_encode(&name.replace('\\', "/")))?
         .ok_or_else(|| SceneError::Uri { uri: name.to_owned(), reason: "is not a file name" })
 }
@@ -154,6 +155,7 @@ impl Writer<'_> {
         };
         let resource = resource(name)?;
         match resource.locate(self.folder) {
+            // An address outside the folder is refused, not passed over like a missing file.
             Err(error @ SceneError::Uri { .. }) => return Err(error),
             Err(_) => self.warnings.push(format!("texture {name:?} is not there")),
             Ok(_) if !matches!(mime(&resource.path), Some("image/png" | "image/jpeg")) => {

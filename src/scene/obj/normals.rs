@@ -45,6 +45,7 @@ fn with_normals(mut part: Part, sums: &HashMap<Corner, Vec3>) -> Part {
         (true, false) => part.surface = flat(&part.surface),
         (true, true) => {
             let corners = part.surface.positions.iter().map(|p| (part.shading, key(*p)));
+            // Every position of a part belongs to a face, so the default is never taken.
             let sums = corners.map(|corner| sums.get(&corner).copied().unwrap_or_default());
             part.surface.normals = sums.map(Into::into).collect();
         }
