@@ -67,7 +67,7 @@ fn buffers(scene: &Scene) -> Result<(), SceneError> {
                     let path = resource.locate(scene.folder())?;
                     path.metadata()?.len()
                 }
-                // A data URI is measured when it is decoded.
+                // A data URI is measured where it is decoded, in `pack_buffers`.
                 None => continue,
             },
             (None, Some(bin)) if i == 0 => bin.iter().map(Bytes::len).sum(),

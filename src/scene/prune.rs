@@ -67,7 +67,7 @@ impl Scene {
                 Ok(buffer.to_text())
             })?;
         }
-        // A .glb may not hold data URIs, and a .gltf has no buffer that is sure to be writable.
+        // A .glb should hold no data URIs, and a .gltf has no buffer that is sure to be writable.
         let pixel = match &draft.bin {
             Some(_) if !images.is_empty() => Some(draft.embed(PIXEL.to_vec().into())?),
             _ => None,
