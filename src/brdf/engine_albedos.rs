@@ -147,6 +147,7 @@ fn visible_normal(wo: DVec3, alpha: f64, [u, v]: [f64; 2]) -> DVec3 {
     let t2 = stretched.cross(t1);
     let (radius, (sin, cos)) = (u.sqrt(), (TAU * v).sin_cos());
     let (p1, p2) = (radius * cos, radius * sin);
+    // The disc is squeezed to the projection of the upper hemisphere along wo.
     let s = 0.5 * (1.0 + stretched.z);
     let p2 = mix((1.0 - p1 * p1).sqrt(), p2, s);
     let up = (1.0 - p1 * p1 - p2 * p2).max(0.0).sqrt();

@@ -41,6 +41,7 @@ impl OctaveTable {
     #[must_use]
     pub fn new([low, high]: [f64; 2], mut function: impl FnMut(f64) -> f64) -> Self {
         let first = number(low);
+        // One octave piece at least, also where `high` is below `low`.
         let end = number(high).max(first) + 1;
         let start = border(first);
         let fit = interpolation::<ORDER>();

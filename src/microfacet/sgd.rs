@@ -30,6 +30,7 @@ impl SgdNdf {
     /// The distribution of shape `alpha` > 0, `p` ≥ 0.
     #[must_use]
     pub fn new(alpha: f64, p: f64) -> Self {
+        // K = 1/(α Γ(1−p, α)) by way of eᵅE_p(α), which has no pole and cannot underflow.
         let scaled_e_p = scaled_exponential_integral(p, alpha);
         Self { alpha, p, peak: 1.0 / (PI * alpha * alpha * scaled_e_p) }
     }

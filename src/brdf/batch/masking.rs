@@ -60,6 +60,7 @@ impl FittedG1 {
     pub fn new(masking: &FittedMasking) -> Self {
         let amplitude = masking.params().lambda.min(Self::LARGEST_AMPLITUDE);
         Self {
+            // A file may hold any positive f64; the caps keep all of them finite in f32.
             scale: (1.0 + amplitude) as f32,
             log_ratio: amplitude.recip().ln_1p().min(1e30) as f32,
             k: masking.params().k.min(1e30) as f32,
@@ -72,6 +73,7 @@ impl BatchMasking for FittedG1 {
     /// The elevation and 1/cosθ.
     #[inline(always)]
     fn place<A: Arithmetic>(w: [f32; 3]) -> Place {
+        // The arc sine of z would lose half of its digits near the normal.
         [atan2::<A>(w[2], sin_theta::<A>(w)), 1.0 / w[2]]
     }
 
@@ -162,6 +164,7 @@ impl SingleG1Polynomial {
     fn error(&self, exact: &Sgd) -> f64 {
         const STEPS: u32 = 256;
         let scale = f64::from(self.scale);
+        // u is 1/(1 + s) along the normal.
         let steps = (1..STEPS).map(|k| f64::from(k) / f64::from(STEPS) / (1.0 + scale));
         let inside = steps.map(|u| scale * u / (1.0 - u));
         let places = inside.chain([1e-6 * scale, 1e-3 * scale]).map(|cos| cos as f32);
