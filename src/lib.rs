@@ -2,8 +2,8 @@
 //! Holzschuch, evaluated exactly, sampled, baked into textures, fitted and exported.
 //!
 //! A [`Material`] is a diffuse colour and up to three lobes. [`catalog`] holds the paper's fits of
-//! the 100 materials of the MERL database, [`refit`] fits of this crate, with one lobe or two, to the
-//! same surfaces; [`named`] finds both, and [`load_material`] reads a file.
+//! the 100 materials of the MERL database, [`refit`] fits of this crate, with one lobe or two, to
+//! the same surfaces; [`named`] finds both, and [`load_material`] reads a file.
 //!
 //! # Evaluate
 //!
@@ -123,6 +123,7 @@ pub mod fit;
 #[cfg(feature = "full")]
 pub mod lut;
 pub mod material;
+// Public because the command uses it, hidden because it is not part of the interface.
 #[doc(hidden)]
 pub mod math;
 #[cfg(feature = "full")]
@@ -130,6 +131,7 @@ pub mod measurement;
 pub mod microfacet;
 #[cfg(feature = "full")]
 pub mod preview;
+// As `math`.
 #[cfg(feature = "full")]
 #[doc(hidden)]
 pub mod report;

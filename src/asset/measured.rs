@@ -81,6 +81,7 @@ impl Measured {
 /// The mark of a material's parameters, whatever its name.
 fn mark(material: &Material) -> String {
     let text = to_toml(material);
+    // The name alone is in the first line of `to_toml`: renaming a material is no edit.
     fingerprint(text.split_once('\n').map_or("", |(_name, parameters)| parameters))
 }
 

@@ -177,6 +177,7 @@ pub fn build_with_progress(
     let Baked { tables, placed, left_out } = bake_with_progress(&materials, request, step)?;
     let textures: Vec<Texture> =
         tables.into_iter().map(|table| Texture::new(&table, format)).collect::<Result<_, _>>()?;
+    // Indexed, so the order is that of `subjects` on any number of threads.
     let assets = subjects.par_iter().zip(&placed);
     let assets = assets.map(|(subject, placed)| Asset::new(*subject, placed, &textures));
     Ok(Product { assets: assets.inspect(|_| step()).collect(), textures, left_out })
@@ -193,6 +194,7 @@ pub fn rebuild(
     request: &Request,
     format: Format,
 ) -> Result<Vec<Asset>, BuildError> {
+    // A scene may show one material in many slots; each is built once.
     let mut different: Vec<&Extras> = Vec::new();
     for extras in extras {
         if !different.contains(&extras) {
@@ -228,8 +230,8 @@ impl Asset {
     }
 }
 
-/// The glTF material nearest to the surface: fitted to the measurement where the material is a refit
-/// of one, else to the material.
+/// The glTF material nearest to the surface: fitted to the measurement where the material is a
+/// refit of one, else to the material.
 #[must_use]
 pub fn best_gltf(material: &Material) -> GltfBrdf {
     let direct = direct_fits_of(material).map(|fits| fits.gltf.measured.material);
@@ -245,6 +247,7 @@ impl Texture {
     /// Returns whether the row of a material is in the texture.
     fn holds(&self, row: Option<usize>) -> bool {
         match self.entry.quantity {
+            // The 3D table holds one material, the others a row for each.
             Quantity::Brdf3d => row.is_some() && row == self.entry.row,
             _ => row.is_some(),
         }

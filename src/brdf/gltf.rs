@@ -89,6 +89,7 @@ impl GltfBrdf {
     fn material(&self, u: f64, lobe: f64) -> [f64; 3] {
         let f0 = self.specular_color.map(|color| (DIELECTRIC_F0 * color).min(1.0));
         let fr = f0.map(|f0| f0 + (1.0 - f0) * u);
+        // By the brightest channel of F, so that what is let through has no colour of its own.
         let through = 1.0 - self.specular_factor * fr.into_iter().fold(0.0, f64::max);
         std::array::from_fn(|c| {
             let base = self.base_color[c];
@@ -117,6 +118,7 @@ pub fn coat_fresnel(cos_theta_o: f64) -> f64 {
 pub fn ggx_lobe(alpha: f64, tan2_theta_h: f64, cot_theta: [f64; 2], cos_theta: [f64; 2]) -> f64 {
     let ggx = Ggx { alpha };
     let [lambda_i, lambda_o] = cot_theta.map(|cot| ggx.lambda(cot));
+    // From the left: Λ makes up for a small cosine before the next is multiplied in.
     let g2_over_cos = 1.0 / ((1.0 + lambda_i + lambda_o) * cos_theta[0] * cos_theta[1]);
     0.25 * ggx.ndf(tan2_theta_h) * g2_over_cos
 }

@@ -170,6 +170,7 @@ fn materials(arguments: &Arguments, output: &Output) -> Result<Vec<Chosen>, Fail
         .filter(|(slot, _)| slot.used)
         .filter_map(|(_, material)| *material)
         .collect();
+    // Several slots may share a material.
     used.sort_unstable();
     used.dedup();
     if used.is_empty() {
@@ -200,6 +201,7 @@ fn request(arguments: &Arguments) -> Result<Request, Failure> {
 /// together they may not fit the memory.
 fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything, Failure> {
     let depths = match request.depths {
+        // The integers of a PNG hold neither D nor the 3D table, which are baked here too.
         Depths::Only(Depth::Unorm16) => Depths::Smallest,
         depths => depths,
     };
@@ -211,6 +213,7 @@ fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything,
     let mut everything = Everything { texture_bytes, out_of_reach: 0 };
     for material in all {
         match lut::bake(&[material], &solid) {
+            // Only the size is kept: the tables are dropped before the next are baked.
             Ok(baked) => everything.texture_bytes += texel_bytes(&baked.tables),
             Err(BakeError::NotReached { .. } | BakeError::Volume { .. }) => {
                 everything.out_of_reach += 1;
@@ -276,6 +279,7 @@ fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
         output.line(format!("largest error of f measured: {error:.2e}"))?;
     }
     if let Some(Everything { texture_bytes: all, out_of_reach }) = report.catalogue {
+        // Materials without a visible lobe have no texels at all.
         let share = all as f64 / texture_bytes.max(1) as f64;
         output.line(format!(
             "all five quantities of the whole catalogue: {all} bytes, {share:.1} times as many"
@@ -291,10 +295,12 @@ fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
 
 /// The number of rows that the materials use.
 fn rows(product: &Product) -> usize {
+    // Rows count from 0; a material without a visible lobe has none.
     product.assets.iter().filter_map(|asset| asset.material.row).max().map_or(0, |row| row + 1)
 }
 
-/// Where half floats are what was asked for, they may be what keeps a tolerance out of reach.
+/// The failure of a bake. Where only half floats are allowed, they may be why the tolerance is not
+/// reached.
 fn refused(error: BuildError, request: &Request) -> Failure {
     let half = request.depths == Depths::Only(Depth::Half);
     let not_reached = matches!(error, BuildError::Bake(BakeError::NotReached { .. }));

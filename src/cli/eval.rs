@@ -46,7 +46,7 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
-    /// Of several materials.
+    /// Only where there are several materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'a str>,
     wi: [f64; 3],
@@ -54,7 +54,7 @@ struct Line<'a> {
     r: ChannelTerms,
     g: ChannelTerms,
     b: ChannelTerms,
-    /// Of a material where more than one lobe colours a channel.
+    /// Only for a material in which more than one lobe colours a channel.
     #[serde(skip_serializing_if = "Option::is_none")]
     lobes: Option<&'a [LobeTerms]>,
 }
@@ -62,7 +62,7 @@ struct Line<'a> {
 /// The terms of one channel.
 #[derive(Serialize)]
 struct ChannelTerms {
-    /// Of the lobe that alone colours the channel.
+    /// Those of the lobe, where a single one colours the channel.
     #[serde(flatten)]
     factors: Option<Factors>,
     specular: f64,
@@ -92,6 +92,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let evaluated = arguments.evaluation.of_all(&materials);
     match (arguments.wi, arguments.wo, &arguments.pairs) {
         (Some(wi), Some(wo), None) => print_pair(&evaluated, [wi.0, wo.0], arguments.json, output),
+        // clap refuses --pairs together with --wi or --wo.
         (_, _, Some(path)) => {
             each_pair(path, |pair| print_pair(&evaluated, pair, arguments.json, output))
         }
@@ -119,6 +120,7 @@ fn print(
     output: &mut Output,
 ) -> Result<(), Failure> {
     let terms = evaluator.terms(wi, wo);
+    // The terms have room for the most lobes that a material may have.
     let lobes = &terms.lobes[..material.lobes().len()];
     let of_channel = material.channel_lobes();
     if json {
@@ -186,13 +188,14 @@ fn each_pair(
             Ok(true) => {}
             Ok(false) if number == 1 => return Err(refused(path, number, wrong_header(""))),
             Ok(false) => break,
+            // Too long or not UTF-8: the fault of the line, which is named; others are of the disk.
             Err(error) if error.kind() == std::io::ErrorKind::InvalidData => {
                 return Err(refused(path, number, error));
             }
             Err(error) => return Err(input::unreadable(path, &error)),
         }
         if number == 1 {
-            // Editors on Windows may start a file with a byte order mark.
+            // Spreadsheets put a byte order mark before the header.
             if line.trim_start_matches('\u{feff}').trim() != HEADER {
                 return Err(refused(path, number, wrong_header(&line)));
             }
@@ -213,6 +216,7 @@ fn wrong_header(line: &str) -> String {
 }
 
 fn pair(line: &str) -> Result<[DVec3; 2], String> {
+    // At the third comma, so that each direction reports its own error.
     let split = line.match_indices(',').nth(2).map(|(at, _)| at);
     let split =
         split.ok_or_else(|| format!("'{line}' is not a pair; give six numbers {HEADER}"))?;

@@ -80,6 +80,7 @@ struct SlotReport<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
+    // A wrong ending is refused before anything is baked.
     Container::of(&arguments.output)?;
     let scene = open(arguments, output)?;
     let slots = scene.slots();
@@ -90,6 +91,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         build_with_progress(&subjects, &arguments.textures.into(), Format::Exr, &|| ())?.assets;
     let pairs = slots.iter().zip(&assigned.by_slot);
     let replaced: Vec<_> = pairs.filter_map(|(slot, m)| Some((slot.id, &assets[(*m)?]))).collect();
+    // Before the export, while the old materials still say which images they show.
     let scene = if arguments.prune { scene.pruned(&replaced)? } else { scene };
     let export = scene.export(&replaced, &arguments.output)?;
     let inputs: Vec<&Path> =
@@ -104,6 +106,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
 fn open(arguments: &Arguments, output: &Output) -> Result<Scene, Failure> {
     match (&arguments.scene, arguments.shape) {
         (Some(path), _) => read(path, output),
+        // clap asks for a scene or a shape, so one of them is there.
         (None, Some(Shape::Ball) | None) => Ok(Scene::ball(BALL_ROWS)?),
     }
 }

@@ -152,7 +152,7 @@ struct Fitted {
     fit: Fit,
     pictured: Vec<Pictured>,
     fitted_to: FittedTo,
-    /// The fit to the SGD material of a measurement, beside that to the measurement.
+    /// The fit to the SGD material of a measurement, in addition to the one to the measurement.
     of_sgd: Option<(Fit, Vec<Pictured>)>,
 }
 
@@ -162,11 +162,11 @@ struct Pictured {
     reflectance: Box<dyn Reflectance + Send>,
     residuals: Residuals,
     delta_e: [f64; 2],
-    /// From a measurement.
+    /// Its distance from a measurement.
     distance: Option<Distance>,
 }
 
-/// Every so many of the target's pairs is evaluated for the time of an evaluation.
+/// Step through the target's pairs to those that evaluations are timed on.
 const TIMED: usize = 4;
 
 impl Study {
@@ -176,6 +176,7 @@ impl Study {
         let fits = arguments.model.iter().map(|model| arguments.fit(*model, &target, &ball));
         let fits: Vec<Fitted> = fits.collect();
         let known = fits.iter().any(|fitted| fitted.fitted_to == FittedTo::Measurement);
+        // The distance of the SGD itself is shown beside that of a fit to the measurement only.
         let known = direct_fits_of(material).filter(|_| known);
         Self {
             name: material.name.clone(),
@@ -188,6 +189,7 @@ impl Study {
     fn of_measurement(path: &Path, arguments: &Arguments) -> Result<Self, Failure> {
         let (measurement, surface, sgd) = measured::surface_and_fit(path)?;
         let target = Target::new(&sgd.material);
+        // A ball also shows pairs that were not measured, so the gaps are filled.
         let ball = ReferenceBall::of(&Filled(&measurement.averaged()));
         let fits = arguments.model.iter();
         let fits = fits.map(|model| arguments.fit_measured(*model, &target, &ball, &surface));
@@ -217,6 +219,7 @@ impl Study {
                 let Some(distance) = &pictured.distance else { continue };
                 let name = fitted.model.name();
                 let row = match to {
+                    // A name tells reflectances of one fit apart; a single one needs none.
                     FittedTo::Measurement if fitted.pictured.len() == 1 => name.to_owned(),
                     FittedTo::Measurement => format!("{name}, {}", pictured.of),
                     FittedTo::Sgd => format!("{name}, {} of SGD", pictured.of),
@@ -238,6 +241,7 @@ impl Arguments {
             let pictured = pictured(&fit, material, ball, |_| None);
             return Fitted { model, fit, pictured, fitted_to: FittedTo::Sgd, of_sgd: None };
         };
+        // A fit of the catalogue offers one reflectance, the one whose distance is stated.
         let pictured = pictured(&fit, material, ball, |_| Some(distance.into()));
         Fitted { model, fit, pictured, fitted_to: FittedTo::Measurement, of_sgd: None }
     }
@@ -305,6 +309,7 @@ fn timed(target: &Target) -> Vec<[DVec3; 2]> {
 impl Fitted {
     fn print(&self, study: &Study, json: bool, output: &mut Output) -> Result<(), Failure> {
         let Self { model, fit, pictured, .. } = self;
+        // Evaluations are timed here, one after the other, when no fit runs any more.
         let appearance: Vec<Appearance> =
             pictured.iter().map(|pictured| pictured.appearance(&study.pairs)).collect();
         let (material, model) = (study.name.as_str(), model.name());

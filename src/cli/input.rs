@@ -48,6 +48,7 @@ pub fn unreadable(path: &Path, error: &io::Error) -> Failure {
 pub fn read_text(path: &Path) -> Result<String, Failure> {
     if path == Path::new(STDIN) {
         let mut text = String::new();
+        // Stdin has no length to check beforehand: what lies beyond the limit is not read.
         io::stdin()
             .take(LARGEST_TEXT)
             .read_to_string(&mut text)
@@ -68,14 +69,15 @@ pub fn open(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
     Ok(Box::new(BufReader::new(file)))
 }
 
-/// Reads the next line of at most `most` bytes into `line`, without its line break; false at the
-/// end.
+/// Reads the next line, of at most `most` bytes with its line break, into `line`, which gets it
+/// without the break. Returns false at the end.
 ///
 /// # Errors
 ///
 /// A longer line, of which no more is read, and text that is not UTF-8.
 pub fn next_line(input: &mut dyn BufRead, line: &mut String, most: usize) -> io::Result<bool> {
     line.clear();
+    // One byte more than is allowed tells a line that is too long from one that just fits.
     let length = input.take(most as u64 + 1).read_line(line)?;
     if length > most {
         let reason = format!("the line has more than {most} bytes");

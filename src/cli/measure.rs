@@ -77,7 +77,8 @@ enum EnergyChoice {
     Free,
 }
 
-/// A difference in ΔE2000 that conserving energy may cost without a word.
+/// A difference in ΔE2000 that conserving energy may cost without a word: it would be printed as
+/// 0.00.
 const NOTICED: f64 = 0.005;
 /// ΔE2000 from which the model does not follow the surface.
 const FAR: f64 = 3.0;
@@ -103,6 +104,7 @@ struct Report<'a> {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let inputs = [arguments.measurement.as_path()];
+    // An output that is in the way is refused before the fits, which take long.
     arguments.writing.check([arguments.output.as_path()], &inputs)?;
     let bar = output.progress(STEPS, "fitting");
     let path = &arguments.measurement;
@@ -127,7 +129,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     fits.report(arguments, &about, output)
 }
 
-/// Reading, aiming, and the three fits.
+/// Steps of the progress bar: reading, preparing the target, and the three fits.
 const STEPS: u64 = 5;
 
 impl Arguments {
@@ -168,6 +170,7 @@ impl Fits {
         options: Options,
         step: &(dyn Fn() + Sync),
     ) -> Result<Self, MaterialError> {
+        // The free fit only tells what conserving energy costs.
         let free = (options.energy == Energy::Conserve)
             .then_some(Options { energy: Energy::Free, ..options });
         // None of the three needs another.

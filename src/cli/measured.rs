@@ -66,6 +66,7 @@ pub fn surface_and_fit(path: &Path) -> Result<(Measurement, Surface, SurfaceFit)
     let surface =
         Surface::new(&measurement.averaged()).map_err(|error| unfit(path, &error.into()))?;
     let fit =
+        // `measure` has the options and keeps the result in a file.
         surface.fit(&name(path), Options::default()).map_err(|error| unfit(path, &error.into()))?;
     Ok((measurement, surface, fit))
 }

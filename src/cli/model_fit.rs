@@ -33,6 +33,7 @@ pub enum Model {
 
 /// The result of a fit.
 #[derive(Clone, Debug, Serialize)]
+// Untagged, as a line of the report has the name of the model already.
 #[serde(untagged)]
 pub enum Fit {
     /// One lobe.
@@ -120,6 +121,7 @@ impl Model {
                 let fit = MeasuredMixtureFit { mixture, residuals, reasons: Vec::new() };
                 Fit::MeasuredMixture(Box::new(fit))
             }
+            // `of_sgd` is the fit in the same model, so a mixture is always caught above.
             (Self::Beckmann | Self::Mixture, _) => Fit::one_lobe(surface, Family::Beckmann),
             (Self::Gltf, _) => {
                 let material = gltf_measured::fit(&surface.target).material;

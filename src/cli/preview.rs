@@ -18,7 +18,8 @@ use sgdbake::preview::shape::Mesh;
 use sgdbake::preview::{Environment, Film, Model, Shape};
 use sgdbake::scene::Scene;
 
-/// Renders materials or measurements on a ball or a mesh, under the built-in lights or an environment image.
+/// Renders materials or measurements on a ball or a mesh, under the built-in lights or an
+/// environment image.
 ///
 /// Several materials stand side by side. The picture is converged by importance sampling of both
 /// the lights and the surface; the remaining noise is stated. A PNG is tone-mapped, an EXR linear.
@@ -86,7 +87,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let shape = shape(arguments.mesh.as_deref(), output)?;
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
-    // Every input is read and checked by now.
+    // Only here, so that a dry run fails over the same inputs as a run.
     if arguments.writing.dry_run {
         return output.written(&arguments.output, arguments.writing);
     }
@@ -94,6 +95,8 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let bar = output.progress(u64::from(arguments.size) * count as u64, "rows");
     let studio = Studio { shape, environment, quality: arguments.quality(), bar: &bar };
     let mut pictures: Vec<Render> = Vec::with_capacity(count);
+    // Any model is drawn from the SGD of its material: a sample is weighted by the density it was
+    // drawn with, so the sampler need not match what is shown.
     for material in &materials {
         let reflectance = arguments.model.reflectance(material)?;
         pictures.push(studio.picture(&drawn_from(material), reflectance.as_ref()));

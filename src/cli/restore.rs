@@ -60,6 +60,7 @@ struct MaterialReport<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
+    // A wrong ending is refused before anything is baked.
     Container::of(&arguments.output)?;
     let scene = read(&arguments.scene, output)?;
     let (indices, extras) = found(&scene, arguments)?;

@@ -31,7 +31,7 @@ pub fn unreadable(path: &Path, error: SceneError) -> Failure {
     }
 }
 
-/// The files to write: not those of the input that stand there already.
+/// The files to write, without those of the input that are there already, unchanged.
 fn changed(files: &[OutputFile]) -> Vec<&OutputFile> {
     files.iter().filter(|file| !(file.copy && stands_already(file))).collect()
 }
@@ -46,8 +46,8 @@ fn stands_already(file: &OutputFile) -> bool {
         && fs::read(&file.path).is_ok_and(|old| old == bytes)
 }
 
-/// Writes the files, the scene last: a reader that finds it finds everything. What belongs to a
-/// scene that sgdbake wrote (the buffer has no mark of its own) it may write again.
+/// Writes the files, the scene last: a reader that finds it finds everything. Where sgdbake wrote
+/// the old scene, its files are overwritten with it: a buffer has no mark of its own.
 pub fn write(
     scene: &Path,
     files: &[OutputFile],
@@ -56,11 +56,14 @@ pub fn write(
 ) -> Result<(), Failure> {
     let Writing { dry_run, force } = writing;
     let files = changed(files);
+    // A copy has the name that the input gives it: that the scene is ours says nothing about a file
+    // that already bears this name, so copies need the force of the user.
     let own_scene = scene.is_file() && is_ours(scene);
     let copies = files.iter().filter(|file| file.copy).map(|file| file.path.as_path());
     writing.check(copies, inputs)?;
     // The scene is the first of the files; reversed, it is written last.
     let new: Vec<NewFile<'_>> =
+        // An export lists the scene first.
         files.iter().rev().map(|file| NewFile::new(&file.path, |out| file.write_to(out))).collect();
     Writing { dry_run, force: force || own_scene }.write_all(&new, inputs)
 }

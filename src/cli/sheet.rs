@@ -20,8 +20,8 @@ use sgdbake::report::view;
 /// Writes the sheet of each material: parameters, pictures of the material and of its best fits
 /// with the differences, lobes, distribution, Fresnel, masking, albedo and audit.
 ///
-/// Of a measurement, every model is fitted to it and compared with it. The sheets link to view.html,
-/// which shows the materials as 'sgdbake view' does.
+/// Of a measurement, every model is fitted to it and compared with it. The sheets link to
+/// view.html, which shows the materials as 'sgdbake view' does.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example:\n  sgdbake sheet --material alum-bronze --material chrome -o sheets\n  sgdbake sheet --measured paint.binary -o sheets"
@@ -93,6 +93,7 @@ fn write(
         shown.push(Chosen::fitted(path, &surface, fit));
     }
     bar.finish_and_clear();
+    // A page shows one measurement at most, so it has the fits alone.
     let view = balls(&shown, None)?;
     let file = NewFile::new(arguments.output.join(view::FILE), |file| view.write_to(file));
     arguments.writing.write_all(&[file], &[])?;
@@ -102,6 +103,7 @@ fn write(
 impl Arguments {
     fn write_page(&self, file: &str, html: &str) -> Result<(), Failure> {
         let file = NewFile::of_bytes(self.output.join(file), html);
+        // `run` has checked every path against the inputs.
         self.writing.write_all(&[file], &[])
     }
 }

@@ -32,13 +32,13 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
-    /// Of several materials.
+    /// Only where there are several materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'a str>,
     theta_deg: f64,
     #[serde(flatten)]
     channels: Option<Channels>,
-    /// Of a material where more than one lobe colours a channel.
+    /// Only for a material in which more than one lobe colours a channel.
     #[serde(skip_serializing_if = "Option::is_none")]
     lobes: Option<&'a [LobeCurves]>,
 }

@@ -65,7 +65,7 @@ struct Report<'a> {
     dry_run: bool,
     path: &'a Path,
     format: Format,
-    /// None of a dry run, or where nothing reflects.
+    /// `None` in a dry run, or where nothing reflects.
     error: Option<Deviation>,
 }
 
@@ -87,6 +87,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         let table = tabulate(format, &name, reflectance.as_ref(), output);
         let file = NewFile::new(&arguments.output, |file| {
             let mut writer = io::BufWriter::new(file);
+            // Dropping the writer instead would lose an error of its last write.
             table.write_to(&mut writer).and_then(|()| io::Write::flush(&mut writer))
         });
         arguments.writing.write_all(&[file], &inputs)?;
@@ -151,6 +152,7 @@ fn tabulate(format: Format, name: &str, reflectance: &dyn Reflectance, output: &
     let bar = output.progress(steps as u64, "tabulate");
     let table = match format {
         Format::Merl => Table::Merl(Merl::tabulate(reflectance, &|| bar.inc(1))),
+        // `Rgl::tabulate` would store 0 for pairs without a value; MERL has a mark for them.
         _ => {
             let description = format!("{name}, written by {GENERATOR}");
             let filled = Filled(reflectance);

@@ -25,12 +25,15 @@ impl Lab {
     /// 1 + 0.4 ln x.
     #[must_use]
     pub fn of_radiance(rgb: [f64; 3]) -> Self {
+        // The logarithm meets the identity at white, where its slope drops to 0.4: the fit still
+        // sees how bright a highlight is, but a few very bright pairs do not outweigh all others.
         let shown = rgb.map(compressed);
         let root = XYZ_OVER_WHITE.map(|row| {
             let xyz: f64 = (0..3).map(|c| row[c] * shown[c].0).sum();
             let (root, slope) = lightness(xyz);
             (root, std::array::from_fn::<f64, 3, _>(|c| slope * row[c] * shown[c].1))
         });
+        // CIELAB: L* = 116 Y' − 16, a* = 500 (X' − Y'), b* = 200 (Y' − Z') of the cube roots.
         let [x, y, z] = root;
         Self {
             value: [116.0 * y.0 - 16.0, 500.0 * (x.0 - y.0), 200.0 * (y.0 - z.0)],
@@ -55,6 +58,7 @@ fn compressed(x: f64) -> (f64, f64) {
 
 /// x^⅓ with CIELAB's linear toe, and its slope.
 fn lightness(x: f64) -> (f64, f64) {
+    // (6/29)³ and (29/6)²/3, below which the slope of x^⅓ would go to infinity at black.
     const TOE: f64 = 216.0 / 24389.0;
     const TOE_SLOPE: f64 = 841.0 / 108.0;
     if x > TOE {
@@ -71,15 +75,19 @@ pub type Ellipsoid = [[f64; 3]; 3];
 /// The unit ellipsoid of ΔE2000 about a colour (Sharma, Wu and Dalal 2005).
 #[must_use]
 pub fn ellipsoid([l, a, b]: [f64; 3]) -> Ellipsoid {
+    // G depends on the mean chroma of the two colours, so both have the same: a* is only stretched.
     let g = 0.5 * (1.0 - chroma_share(a.hypot(b)));
     let (a, stretch) = ((1.0 + g) * a, 1.0 + g);
     let (chroma, hue) = (a.hypot(b), b.atan2(a));
     let from_50 = (l - 50.0).powi(2);
+    // S_L, S_C and S_H are of the two colours' mean: for close ones, of either.
     let s_l = 1.0 + 0.015 * from_50 / (20.0 + from_50).sqrt();
     let (s_c, s_h) = (1.0 + 0.045 * chroma, 1.0 + 0.015 * chroma * hue_weight(hue));
     // ΔE² = L² + C² + H² + R·C·H = L² + (C + RH/2)² + (1 − R²/4) H².
     let half_rotation = 0.5 * rotation(chroma, hue.to_degrees().rem_euclid(360.0));
+    // R is in [−2, 0], so that rounding alone could make the square root's argument negative.
     let along = (1.0 - half_rotation * half_rotation).max(0.0).sqrt() / s_h;
+    // ΔC' = cos h Δa' + sin h Δb' and ΔH' = −sin h Δa' + cos h Δb' for small differences.
     let (sin, cos) = hue.sin_cos();
     let skew = half_rotation / s_h;
     [
@@ -104,6 +112,7 @@ fn chroma_share(chroma: f64) -> f64 {
 
 /// R_T of a chroma and a hue in degrees.
 fn rotation(chroma: f64, hue: f64) -> f64 {
+    // Δθ = 30° exp(−((h − 275°)/25°)²), and R_T = −R_C sin 2Δθ with R_C = 2 √(C⁷/(C⁷ + 25⁷)).
     let turn = 60.0 * (-((hue - 275.0) / 25.0).powi(2)).exp();
     -2.0 * chroma_share(chroma) * turn.to_radians().sin()
 }

@@ -24,8 +24,10 @@ pub fn lowest(
         starts.iter().map(|start| minimise(&rough, start, bounds, ROUGH)).collect();
     found.sort_by(|a, b| a.squares.total_cmp(&b.squares));
     found.truncate(FOLLOWED);
+    // The order of the rough minima is not that of the fine ones: several are followed.
     let ends = found.iter().map(|start| further(&fine, &start.x, bounds, FINE));
     let best = ends.min_by(|a, b| a.squares.total_cmp(&b.squares));
+    // Without a start, any point of the box will do.
     best.unwrap_or_else(|| further(&fine, &bounds.lower, bounds, FINE))
 }
 
@@ -40,6 +42,7 @@ pub fn further(
     const MAX_DESCENTS: usize = 6;
     let mut best = minimise(&equations, start, bounds, tolerance);
     for _ in 0..MAX_DESCENTS {
+        // A new descent starts with the small damping that the last one had given up.
         let next = minimise(&equations, &best.x, bounds, tolerance);
         let gain = best.squares - next.squares;
         best = next;
@@ -59,7 +62,9 @@ pub fn by_steps<M>(
     model: impl Fn(&DVector<f64>) -> M,
     f: impl Fn(&M, usize) -> [f64; 3],
 ) -> NormalEquations {
+    // One step serves all unknowns: each is a logarithm or a share, at most of order 1.
     const STEP: f64 = 1e-5;
+    // Every moved model is made once; the pairs below only evaluate it.
     let moved: Vec<(f64, M)> = (0..x.len())
         .map(|k| {
             // At the upper bound the step goes down: a model may not exist outside.

@@ -29,6 +29,8 @@ fn checked() -> Vec<f64> {
 
 /// The albedo per unit of each coefficient of a colour, for a fit that conserves energy.
 fn moments_at(lobe: &Lobe<Sgd>, theta: f64) -> [f64; COEFFICIENTS] {
+    // Linear in the coefficients, so one quadrature serves all five and all three colours. The
+    // moments have the usual ¼, the model's specular scale is 4ρs/π.
     let m = FresnelMoments::new(lobe, cos_sin_degrees(theta).0);
     with_curves(Energy::Conserve, [m.one, m.schlick, m.cosine]).map(|moment| 4.0 / PI * moment)
 }
@@ -66,13 +68,14 @@ impl<'a> Albedos<'a> {
         self.x[channel] + specular.sum::<f64>()
     }
 
-    /// The albedo's derivatives, and the unknowns they are by.
+    /// The places of the unknowns that the albedo depends on, and its derivatives by them.
     fn slopes(&self, channel: usize, angle: usize) -> (Vec<usize>, Vec<f64>) {
         let Self { layout, x, .. } = *self;
         let (mut places, mut slopes) = (vec![channel], vec![1.0]);
         for (lobe, albedos) in self.of_coefficients.iter().enumerate() {
             let coefficients = layout.coefficients(x, lobe, channel);
             let here = weighted(&albedos[angle], &coefficients);
+            // Two more quadratures per lobe; only the albedos that exceed the limit ask for them.
             let by_shape = layout.log_shape(x, lobe).slopes(here, |moved| {
                 weighted(&moments_at(&moved.lobe(), self.angles[angle]), &coefficients)
             });
@@ -104,6 +107,7 @@ pub fn largest_albedo(layout: &Layout, x: &DVector<f64>) -> f64 {
 pub fn dimmed(layout: &Layout, mut x: DVector<f64>) -> DVector<f64> {
     let largest = largest(layout, &x);
     for c in 0..3 {
+        // The albedo is linear in the colours: one factor is exact. A black channel's is ∞, thus 1.
         let share = (MAX_ALBEDO / largest[c]).min(1.0);
         x[c] *= share;
         for lobe in 0..layout.lobes().len() {
@@ -116,10 +120,12 @@ pub fn dimmed(layout: &Layout, mut x: DVector<f64>) -> DVector<f64> {
 
 /// Adds the squares of what exceeds [`MAX_ALBEDO`].
 pub fn limit_albedo(layout: &Layout, x: &DVector<f64>, equations: &mut NormalEquations) {
+    /// An excess of 1 % at one angle costs 1; a mean ΔE of 1 costs about 0.26.
     const STRENGTH: f64 = 1e4;
     let albedos = Albedos::new(layout, x, &HELD);
     for angle in 0..HELD.len() {
         for c in 0..3 {
+            // Below the limit nothing pulls; the small excess that is left is dimmed away.
             let over = albedos.at(c, angle) - MAX_ALBEDO;
             if over > 0.0 {
                 let (places, slopes) = albedos.slopes(c, angle);

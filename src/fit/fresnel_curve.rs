@@ -20,8 +20,9 @@ pub const COEFFICIENTS: usize = 5;
 /// ρs F0, ρs F(90°) = ρs and ρs F(0°) of a Fresnel curve.
 type Curve = [f64; 3];
 
-/// The rays of the cone of all curves with 0 ≤ F ≤ F(90°): constant; Schlick's; flat at 90°, 0 at
-/// 0°; and two that touch 0 between, at cosθd = 1 − 5^(−¼) and at 0.45.
+/// Curves whose sums with coefficients ≥ 0 are nearly all curves with 0 ≤ F ≤ F(90°): constant;
+/// Schlick's; flat at 90°, 0 at 0°; and two of the continuum that touches 0 between, at
+/// cosθd = 1 − 5^(−¼), where F(0°) = F(90°), and at 0.45.
 const PHYSICAL: [Curve; COEFFICIENTS] = [
     [1.0, 1.0, 1.0],
     [0.0, 1.0, 0.0],
@@ -30,11 +31,11 @@ const PHYSICAL: [Curve; COEFFICIENTS] = [
     [-0.344_46, 1.0, 0.270_64],
 ];
 
-/// Any curve.
+/// The unit curves, whose sums are any curve; the last two coefficients are idle.
 const ANY: [Curve; COEFFICIENTS] =
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3], [0.0; 3]];
 
-/// The curves that the coefficients are of.
+/// The curves that the coefficients are the weights of.
 fn curves(energy: Energy) -> &'static [Curve; COEFFICIENTS] {
     match energy {
         Energy::Conserve => &PHYSICAL,
@@ -58,7 +59,9 @@ pub fn fresnel_basis(energy: Energy, cos_theta_d: f64) -> [f64; COEFFICIENTS] {
 pub fn coefficient_bounds(energy: Energy) -> [[f64; 2]; COEFFICIENTS] {
     const UP: f64 = f64::INFINITY;
     match energy {
+        // A sum of physical curves is physical if no coefficient is negative.
         Energy::Conserve => [[0.0, UP]; COEFFICIENTS],
+        // ρs is the second, as F(90°) = 1; F0 and F(0°) may have any sign. Idle ones are held at 0.
         Energy::Free => [[-UP, UP], [0.0, UP], [-UP, UP], [0.0; 2], [0.0; 2]],
     }
 }
@@ -76,7 +79,9 @@ fn products(energy: Energy, x: [f64; COEFFICIENTS]) -> Curve {
 pub fn parameters(energy: Energy, x: [f64; COEFFICIENTS]) -> [f64; 3] {
     const MIN_SHARE: f64 = 1e-3;
     let [middle, grazing, facing] = products(energy, x);
+    // F0 and F1 are quotients by ρs: without a floor they would be infinite.
     let rho_s = grazing.max(MIN_SHARE * middle.abs().max(facing.abs()));
+    // A black lobe has any F; 0 keeps it finite.
     if rho_s > 0.0 { [rho_s, middle / rho_s, (middle - facing) / rho_s] } else { [rho_s, 0.0, 0.0] }
 }
 

@@ -60,10 +60,12 @@ pub fn fit(material: &Material) -> GltfFit {
 /// Three families, each containing materials that the one before cannot reach: core properties
 /// alone; a dielectric with `KHR_materials_specular`, whose F0 may be any colour; that with
 /// `KHR_materials_clearcoat`. A family is chosen where it lowers the residual by more than 5 %. Its
-/// best material is found by a scan over roughness and a descent from every local minimum that shows.
+/// best material is found by a scan over roughness and a descent from every local minimum that
+/// shows.
 #[must_use]
 pub fn fit_target(target: &Target, metric: Metric) -> GltfFit {
     let problem = Problem::new(target, metric);
+    // The simplest family that is near enough wins: each extension has to pay for itself in turn.
     let [core, specular] = [Family::Core, Family::Specular].map(|family| best(&problem, family));
     let coated = coated(&problem, &specular);
     let mut chosen = Choice { solution: &core, reasons: reason::of_material(&target.material) };
@@ -76,6 +78,7 @@ pub fn fit_target(target: &Target, metric: Metric) -> GltfFit {
 fn best(problem: &Problem, family: Family) -> Minimum {
     let scan = scan(problem, family);
     let starts = local_minima(&scan.iter().map(|m| m.squares).collect::<Vec<_>>());
+    // The scan held the roughness; the descents from its minima move it with the factors.
     let bounds = family.bounds();
     lowest(starts.into_iter().map(|i| {
         minimise(
@@ -93,6 +96,7 @@ fn scan(problem: &Problem, family: Family) -> Vec<Minimum> {
     let [low, high] = ROUGHNESS_RANGE;
     let mut scan: Vec<Minimum> = Vec::with_capacity(SCAN);
     for i in 0..SCAN {
+        // From rough to smooth: a rough lobe shows at every pair, so that any start will do.
         let roughness = high + (low - high) * i as f64 / (SCAN - 1) as f64;
         let lobe = problem.lobe(roughness);
         // Neighbouring lobes have similar factors: each descent is short.
@@ -105,6 +109,7 @@ fn scan(problem: &Problem, family: Family) -> Vec<Minimum> {
 
 /// The factors that a scan starts from.
 fn first_of_scan() -> DVector<f64> {
+    // Inside all ranges, so that every factor can move in both directions.
     let mut x = DVector::repeat(UNKNOWNS, 0.5);
     x.rows_mut(F0, 3).fill(0.2);
     x.rows_mut(BASE, 3).fill(0.3);
@@ -121,6 +126,7 @@ fn coated(problem: &Problem, plain: &Minimum) -> Minimum {
         x
     });
     let rough = lowest(starts.iter().map(|start| descend_coated(problem, start, COAT_TOLERANCE)));
+    // A coat that does not pay need not be followed to the end.
     if worthwhile(&rough, plain) { descend_coated(problem, &rough.x, TOLERANCE) } else { rough }
 }
 
@@ -131,6 +137,7 @@ fn descend_coated(problem: &Problem, start: &DVector<f64>, tolerance: f64) -> Mi
 
 /// Returns whether `other` has a residual so much lower that its extension pays.
 fn worthwhile(other: &Minimum, without: &Minimum) -> bool {
+    // `WORTHWHILE` is of the residual, the root of the sum of squares.
     other.squares < WORTHWHILE.powi(2) * without.squares
 }
 

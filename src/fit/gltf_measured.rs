@@ -47,6 +47,7 @@ pub fn fit(target: &MeasuredTarget) -> GltfMeasuredFit {
     // The best of one form alone leads to other local minima of the mean: one more start.
     let alone = nearest_appendix_b(&thin, &thin, starts(target));
     let kicked = KICKS.iter().map(|kick| kick.of(&best.x)).chain([alone.x]).collect();
+    // A kick may lead to a worse minimum than the one it left.
     let again = nearest(&thin, &whole, kicked);
     let best = if again.squares < best.squares { again } else { best };
     let chosen = whole.without_idle_coat(best);
@@ -54,8 +55,8 @@ pub fn fit(target: &MeasuredTarget) -> GltfMeasuredFit {
     GltfMeasuredFit { material, difference: whole.difference(&material) }
 }
 
-/// The best material as appendix B of the specification alone evaluates it: nearer there, and far in
-/// engines that share the light between base and lobe in another way.
+/// The best material as appendix B of the specification alone evaluates it: nearer there, and far
+/// in engines that share the light between base and lobe in another way.
 #[must_use]
 pub fn fit_appendix_b(target: &MeasuredTarget) -> GltfBrdf {
     let [thin, whole] = [target.thinned(THINNING), target.clone()].map(Forms::of);
@@ -147,7 +148,7 @@ impl Kick {
     }
 }
 
-/// The starts of the descents: [`STARTS`] with the base colour of the surface outside its highlight.
+/// The starts of the descents: [`STARTS`] with the surface's base colour outside its highlight.
 fn starts(target: &MeasuredTarget) -> Vec<DVector<f64>> {
     let base = target.typical().map(|f| (std::f64::consts::PI * f).clamp(0.01, 0.9));
     STARTS.map(|row| start(base, row)).to_vec()
@@ -157,6 +158,7 @@ fn starts(target: &MeasuredTarget) -> Vec<DVector<f64>> {
 fn start(base: [f64; 3], [metallic, roughness, f0, coat_roughness]: [f64; 4]) -> DVector<f64> {
     let mut x = DVector::repeat(UNKNOWNS, f0);
     (0..3).for_each(|c| x[BASE + c] = base[c]);
+    // A little coat from the start: the roughness of none has no slope.
     (x[METALLIC], x[ROUGHNESS], x[SPECULAR]) = (metallic, roughness, 0.9);
     (x[COAT], x[COAT_ROUGHNESS]) = (0.1, coat_roughness);
     x
@@ -187,6 +189,7 @@ impl Forms {
     fn equations(&self, x: &DVector<f64>, bounds: &Bounds) -> NormalEquations {
         let mut mean = self.of_appendix_b(x, bounds);
         for engine in Engine::ALL {
+            // Each form's own errors count: reflectances averaged first would cancel them.
             let form = by_steps(&self.target, x, bounds, material, |material, i| {
                 engine.eval(material, &self.cosines[i])
             });
@@ -225,6 +228,7 @@ impl Forms {
     /// The best without a coat where that is nearly as near.
     fn without_idle_coat(&self, coated: Minimum) -> Minimum {
         let bounds = bounds(0.0);
+        // The upper bound 0 takes the coat away and lets the other factors make up for it.
         let plain = further(|x| self.equations(x, &bounds), &coated.x, &bounds, 1e-5);
         if coated.squares < WORTHWHILE * plain.squares { coated } else { plain }
     }

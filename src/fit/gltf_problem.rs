@@ -34,6 +34,7 @@ impl Fixed {
         chunks
             .map(|pairs| Self {
                 schlick_weight: lanes(pairs, |pair| schlick_weight(pair.cos_theta_d), 0.0),
+                // Side 0 has its light along wi and so its viewer along wo, of index 1.
                 coat_fresnel: [1, 0]
                     .map(|viewer| lanes(pairs, |pair| coat_fresnel(pair.cos_theta[viewer]), 0.0)),
                 tan2_theta_h: lanes(pairs, |pair| pair.tan2_theta_h, 1.0),
@@ -44,7 +45,7 @@ impl Fixed {
     }
 }
 
-/// The residuals of a glTF material, and all of them that does not depend on the unknowns.
+/// The residuals of a glTF material, and everything in them that does not depend on the unknowns.
 pub struct Problem {
     metric: Metric,
     set: InstructionSet,
@@ -112,6 +113,7 @@ impl Problem {
     fn residuals(&self, c: usize, factors: &Factors, lobe: &[LobeSamples]) -> Residuals<6> {
         let mut sums = Residuals::none();
         for ((pairs, fixed), lobe) in self.pairs.iter().zip(&self.fixed).zip(lobe) {
+            // Reciprocal without a coat: both sides have the same f, and share its derivatives.
             let (f, row) = factors.material(fixed, lobe);
             let mut terms = Terms::default();
             self.metric.add(&mut terms, &f, &pairs.sides, c);
@@ -136,6 +138,7 @@ impl Problem {
             for (side, coat_fresnel) in pairs.sides.iter().zip(&fixed.coat_fresnel) {
                 let (mut f, mut row) = ([0.0; LANES], [[0.0; LANES]; 8]);
                 for l in 0..LANES {
+                    // KHR_materials_clearcoat: (1 − s) base + s V D of the coat, s = clearcoat · F.
                     let share = coat_fresnel[l] * clearcoat;
                     f[l] = (1.0 - share) * material[l] + share * coat[i].value[l];
                     for n in 0..6 {
@@ -175,6 +178,7 @@ fn lobe_samples(roughness: f64, fixed: &Fixed) -> LobeSamples {
     let alpha = roughness * roughness;
     let mut samples = LobeSamples::ZERO;
     for l in 0..LANES {
+        // GGX's Λ depends on cotθ/α alone, so ∂Λ/∂ln α needs no step.
         let [cot_i, cot_o] = [fixed.cot_theta[0][l], fixed.cot_theta[1][l]];
         let [cos_i, cos_o] = [fixed.cos_theta[0][l], fixed.cos_theta[1][l]];
         let value = ggx_lobe(alpha, fixed.tan2_theta_h[l], [cot_i, cot_o], [cos_i, cos_o]);
@@ -213,8 +217,8 @@ impl Factors {
         })
     }
 
-    /// f without a coat (see [`crate::brdf::gltf::GltfBrdf`] for the formula) and its derivatives by
-    /// specular factor, own F0, largest F0, base colour, metallic and roughness.
+    /// f without a coat (see [`crate::brdf::gltf::GltfBrdf`] for the formula) and its derivatives
+    /// by specular factor, own F0, largest F0, base colour, metallic and roughness.
     #[inline(always)]
     fn material(&self, fixed: &Fixed, lobe: &LobeSamples) -> (Lanes, [Lanes; 6]) {
         let Self { specular, f0, brightest, base, metallic } = *self;
@@ -225,6 +229,7 @@ impl Factors {
             let fr = f0 + (1.0 - f0) * u;
             let most = brightest + (1.0 - brightest) * u;
             let metal_fr = base + (1.0 - base) * u;
+            // KHR_materials_specular dims the base by the largest F of the three channels.
             let through = 1.0 - specular * most;
             let dielectric = through * base * FRAC_1_PI + specular * fr * value;
             let metal = metal_fr * value;

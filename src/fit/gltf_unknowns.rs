@@ -1,4 +1,4 @@
-//! The unknowns of a fit of a glTF material: their places, their bounds, and the material of them.
+//! The unknowns of a glTF fit: their places, their bounds, and the material that they make.
 
 use nalgebra::DVector;
 
@@ -44,14 +44,17 @@ impl Family {
         ranges[ROUGHNESS] = ROUGHNESS_RANGE;
         match self {
             Self::Core => {
+                // Core properties are a dielectric of index 1.5, blended with a metal.
                 ranges[SPECULAR] = [1.0; 2];
                 ranges[F0..F0 + 3].fill([DIELECTRIC_F0; 2]);
             }
+            // A dielectric with F0 of any colour can be a metal: the factor would be ambiguous.
             Self::Specular | Self::Coated => ranges[METALLIC] = [0.0; 2],
         }
         match self {
             Self::Core | Self::Specular => {
                 ranges[CLEARCOAT] = [0.0; 2];
+                // Without a coat its roughness has no effect: it is held at any value.
                 ranges[COAT_ROUGHNESS] = [ROUGHNESS_RANGE[1]; 2];
             }
             Self::Coated => ranges[COAT_ROUGHNESS] = ROUGHNESS_RANGE,

@@ -59,6 +59,7 @@ impl Target {
     /// One side of [`LANES`] pairs from that of index `start` on.
     fn side(&self, metric: Metric, start: usize, side: usize) -> SideLanes {
         let pairs = &self.pairs[start..];
+        // A lane without a pair has scale and weight 0, so that it adds a finite number times 0.
         let scale = lanes(pairs, |pair| PI * pair.cos_theta[side], 0.0);
         let goal = self.channels.each_ref().map(|channel| -> Lanes {
             std::array::from_fn(|l| {
@@ -116,6 +117,7 @@ fn add_lightness(terms: &mut Terms, f: &Lanes, sides: &[SideLanes], c: usize) {
             let above = root[l] * side.scale_root[l];
             let (toe, toe_slope) = toe(x);
             let (value, slope) = if x > TOE {
+                // d(f·scale)^⅓/df = (f·scale)^⅓/(3f).
                 (above, above * inverse[l])
             } else {
                 (toe, toe_slope * side.scale[l])

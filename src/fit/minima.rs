@@ -11,7 +11,9 @@ const LOW_ENOUGH: f64 = 3.0;
 #[must_use]
 pub fn local_minima(scan: &[f64]) -> Vec<usize> {
     let lowest = scan.iter().copied().fold(f64::INFINITY, f64::min);
+    // A NaN is neither low nor a neighbour: `min` and `<=` both pass over it.
     let low = (0..scan.len()).filter(|i| scan[*i] <= LOW_ENOUGH * lowest);
+    // ≥, so that on a plateau at least one point counts.
     low.filter(|i| lowest_neighbour(scan, *i) >= scan[*i]).collect()
 }
 

@@ -1,4 +1,4 @@
-//! The best mixture of a few Beckmann distributions, their widths shared by the lobes of a material.
+//! The best mixture of a few Beckmann distributions, whose widths the lobes of a material share.
 
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,7 @@ const JUDGED_SAMPLES: usize = 400;
 /// Angles of the first and of the last steps of the fit to the distributions.
 const ANGLES: [usize; 2] = [48, 120];
 
-/// Starts of evenly spaced widths, of which all but the first are tried where that leads nowhere.
+/// Starts of evenly spaced widths; all but the first are tried only where that leads nowhere.
 const STARTS: usize = 6;
 
 /// The distance that ln α may go below the range of the starts: the best of many components have
@@ -51,6 +51,7 @@ const ROOM: f64 = 1.5;
 pub fn for_picture(material: &Material) -> SharedMixture {
     const FEWER: std::ops::Range<usize> = 7..10;
     const TOLERANCE: f64 = 5e-3;
+    // Lazy: the counts beyond the first that is near enough are not fitted.
     let mut few = FEWER.map(|count| best_picture(material, count));
     few.find(|mixture| picture::error(material, mixture) <= TOLERANCE)
         .unwrap_or_else(|| best_picture(material, FEWER.end))
@@ -69,10 +70,10 @@ pub fn best_picture(material: &Material, count: usize) -> SharedMixture {
 
 /// The mixture of `count` Beckmann distributions that is closest to a material's lobes.
 ///
-/// The largest |D_fit − D|/(D(0) + D) of all angles and lobes is made least: no lobe is given up for
-/// being dark, no angle for being small. Least squares come first, then Σ |e|^p of a p that grows
-/// to 256. Each component more makes that error smaller, or leaves it where no start
-/// leads to a smaller one.
+/// Minimises the largest |D_fit − D|/(D(0) + D) of all angles and lobes, so that dark lobes and
+/// small angles count as much as any other. Least squares come first, then Σ |e|^p of a p that
+/// grows to 256. Each component more makes that error smaller, or leaves it where no start leads
+/// to a smaller one.
 ///
 /// # Example
 ///
@@ -120,11 +121,13 @@ pub fn fit_target(target: &Target, count: usize, objective: Objective) -> Mixtur
 fn closest(material: &Material, count: usize, objective: Objective) -> SharedMixture {
     let mut best: Option<Closest> = None;
     for n in 1..=count {
+        // The best of n − 1 components is a start for n, so every count is fitted on the way.
         let [coarse, fine] = ANGLES.map(|samples| {
             Problem::new(material, n, distribution_goals, samples).with_room_below(ROOM)
         });
         let search = Search { material, objective, coarse, fine };
         best = match (search.closest(best.as_ref()), best) {
+            // An idle component changes nothing, so that the error never rises with the count.
             (Some(found), Some(before)) if before.error <= found.error => {
                 Some(Closest { x: search.fine.split(&before.x), ..before })
             }
@@ -154,6 +157,7 @@ impl Search<'_> {
     /// The closest that the starts lead to, `before` that of one component fewer.
     fn closest(&self, before: Option<&Closest>) -> Option<Closest> {
         let grown = before.map_or_else(Vec::new, |before| self.coarse.grown(&before.x));
+        // Each list is sorted by what the weights alone reach; its first is the most promising.
         let starts = [self.coarse.even_starts(STARTS), grown];
         let first = starts.iter().filter_map(|starts| starts.first());
         let ends = first.map(|start| self.descend(start));
@@ -164,6 +168,7 @@ impl Search<'_> {
             && before.error <= at.error
             && let Some(other) = others.next()
         {
+            // What is dropped was no nearer than `before`; the caller compares the last.
             found = Some(self.descend(other));
         }
         found
@@ -184,6 +189,7 @@ impl Objective {
         match self {
             Self::LeastSquares => coarse.descend(start, 160, 1e-7),
             Self::Minimax => {
+                // A high power sees few of the angles, so it needs a start that is near.
                 let x = coarse.descend(start, 80, 1e-5);
                 let x = coarse.level(&x, &[4, 8, 16]);
                 fine.level(&x, &[16, 64, 256])
@@ -201,6 +207,7 @@ fn distribution_goals(material: &Material, tan2_theta: &[f64]) -> Goals {
 /// (D, 1)/(D(0) + D).
 fn relative_density(ndf: &SgdNdf, tan2_theta: f64) -> (f64, f64) {
     let d = ndf.ndf(tan2_theta);
+    // D of a wide lobe (α > ½) can exceed D(0), as it holds 1/cos⁴θ: hence the sum of both.
     (d / (ndf.peak() + d), 1.0 / (ndf.peak() + d))
 }
 

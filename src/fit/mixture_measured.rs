@@ -68,6 +68,7 @@ pub fn fit(target: &MeasuredTarget, start: &MeasuredMixture) -> MeasuredMixture 
     let bounds = form.bounds(&start.mixture.alpha);
     let given = form.unknowns(start);
     let squares = form.equations(target, &given, &bounds).squares;
+    // Compared as given: the bounds may take away what makes the start near.
     let inside = bounds.clamp(&given);
     let best = further(|x| form.equations(target, x, &bounds), &inside, &bounds, TOLERANCE);
     if best.squares < squares { form.mixture(&best.x) } else { start.clone() }
@@ -120,12 +121,14 @@ impl Form {
 
     fn bounds(self, alpha: &[f64]) -> Bounds {
         let mut bounds = Bounds::non_negative(self.len());
+        // Every component has the same range: they may change places on the way.
         let sharpest = alpha.iter().copied().fold(f64::INFINITY, f64::min).ln() - BEYOND;
         let widest = alpha.iter().copied().fold(0.0, f64::max).ln() + BEYOND;
         for k in 0..self.components {
             [bounds.lower[k], bounds.upper[k]] = [sharpest, widest];
         }
         for c in 0..DIFFUSE {
+            // Only ρd has an upper bound: weights and Fresnel shares scale each other freely.
             bounds.upper[self.components + c] = 1.0;
         }
         bounds
@@ -145,6 +148,7 @@ impl Form {
     fn mixture(self, x: &DVector<f64>) -> MeasuredMixture {
         let mut order: Vec<usize> = (0..self.components).collect();
         order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+        // A solution's weights have any sum; in the mixture they sum to 1, and F takes the factor.
         let sums: Vec<f64> = (0..self.lobes).map(|j| self.weight_sum(x, j)).collect();
         let weights = order.iter().map(|k| {
             let lobes = sums.iter().enumerate();
@@ -218,6 +222,7 @@ impl Form {
             }
             // D G1 G1/(cosθi cosθo), the weights scaled to a sum of 1 but for D's.
             let [v_i, v_o] = [0, 1].map(|side| sum / ((sum + lambda[side]) * pair.cos_theta[side]));
+            // Without any weight v is 0/0.
             let lobe = if sum > 0.0 { d * v_i * v_o } else { 0.0 };
             let shares = self.shares(&model.x, j);
             for c in 0..3 {
@@ -235,6 +240,7 @@ fn column(target: &MeasuredTarget, alpha: f64) -> Column {
     let pairs = target.pairs.iter();
     pairs
         .map(|pair| {
+            // Λ and not G1: it is Λ that is linear in the weights.
             let [lambda_i, lambda_o] = pair.cot_theta.map(|cot| beckmann.lambda(cot));
             [beckmann.ndf(pair.tan2_theta_h), lambda_i, lambda_o]
         })

@@ -67,9 +67,11 @@ pub fn fit(material: &Material, family: Family) -> OneLobeFit {
 pub fn fit_target(target: &Target, family: Family, metric: Metric) -> OneLobeFit {
     let search = Search::new(target, family, metric);
     let polish = Search::new(target.polish(), family, metric);
+    // One scan serves both fits: at a fixed width the channels do not depend on each other.
     let scan = search.scan([0, 1, 2].map(|c| published(&target.material, c)));
     let joint = polish.descend_jointly(&search.joint(&scan));
     let channels = std::array::from_fn(|c| {
+        // An invisible lobe's width is arbitrary: that of the joint fit keeps it from standing out.
         if reason::has_visible_lobe(&target.material, c) {
             polish.descend(c, &search.channel(c, &scan))
         } else {
@@ -135,6 +137,7 @@ impl<'a> Search<'a> {
         let [low, high] = ALPHA_RANGE.map(f64::ln);
         let mut scan = [const { Vec::new() }; 3];
         for i in 0..SCAN {
+            // Widest first: its lobe shows at every pair, so that the start matters least.
             let log_alpha = high + (low - high) * i as f64 / (SCAN - 1) as f64;
             let lobe = self.lobe(log_alpha);
             for c in 0..3 {
@@ -200,6 +203,7 @@ impl<'a> Search<'a> {
         let lobe = self.lobe(x[0]);
         let mut equations = NormalEquations::zero(x.len());
         for c in 0..3 {
+            // The three channels share the first unknown, their width.
             let places = std::array::from_fn(|i| if i == 0 { 0 } else { place(c, i) });
             equations.add(&self.channel_equations(c, x, c, &lobe), places);
         }
@@ -238,6 +242,7 @@ impl<'a> Search<'a> {
             self.pairs.iter().zip(lobe).zip(&self.fresnel)
         {
             let [bump, grazing, facing] = fresnel;
+            // Row 1, by ρd, is 1/π everywhere; the loop sets all others.
             let (mut f, mut row) = ([0.0; LANES], [[FRAC_1_PI; LANES]; UNKNOWNS]);
             for l in 0..LANES {
                 let fresnel = f0 * bump[l] + f90 * grazing[l] + f_facing * facing[l];
@@ -270,14 +275,14 @@ fn place(channel: usize, i: usize) -> usize {
     channel * (UNKNOWNS - 1) + i
 }
 
-/// ln α in a range, the coefficients of so many channels ≥ 0.
+/// ln α in a range, the coefficients of `channels` channels ≥ 0.
 fn bounds(log_alpha: [f64; 2], channels: usize) -> Bounds {
     let mut bounds = Bounds::non_negative(1 + channels * (UNKNOWNS - 1));
     [bounds.lower[0], bounds.upper[0]] = log_alpha;
     bounds
 }
 
-/// The unknowns of a lobe with one width, of three channels' that have the same.
+/// The unknowns of a joint lobe, from those of three channels at the same width.
 fn joined(channels: [&Minimum; 3]) -> DVector<f64> {
     let coefficients = channels.iter().flat_map(|channel| channel.x.iter().skip(1));
     let unknowns = channels[0].x.iter().take(1).chain(coefficients);
@@ -327,6 +332,7 @@ fn published(material: &Material, c: usize) -> DVector<f64> {
     let mut x = DVector::from_column_slice(&[0.0, material.rho_d()[c], 0.0, 0.0, 0.0]);
     for lobe in material.lobes() {
         let scale = SCALE_OF_RHO_S * lobe.rho_s()[c];
+        // A published F(0°) may be below 0, which no fit's is; `minimise` clamps f0.
         let facing = (lobe.f0()[c] - lobe.f1()[c]).max(0.0);
         x += DVector::from_column_slice(&[0.0, 0.0, scale * lobe.f0()[c], scale, scale * facing]);
     }

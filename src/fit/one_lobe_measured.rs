@@ -12,7 +12,7 @@ use crate::fit::measured_target::{MeasuredPair, MeasuredTarget};
 use crate::math::least_squares::{Bounds, NormalEquations};
 use crate::microfacet::{Distribution as _, Family, Fresnel, OneWidth};
 
-/// ln α that is searched.
+/// The range of ln α that is searched: α from 1e-3 to 2.
 const LOG_ALPHA: [f64; 2] = [-6.9, 0.69];
 /// Widths that a descent starts from.
 const WIDTHS: [f64; 5] = [-4.6, -3.2, -2.2, -1.3, -0.5];
@@ -24,6 +24,7 @@ const COLOURS: usize = 9;
 /// The best lobe with one width for all channels: ρd, F(0°) and F(90°) of each channel.
 #[must_use]
 pub fn fit(target: &MeasuredTarget, family: Family) -> OneLobe {
+    // f outside the highlight is about ρd/π. The bounds keep a start from black and from white.
     let typical = target.typical().map(|f| (std::f64::consts::PI * f).clamp(1e-3, 0.9));
     let colours = typical.map(|rho_d| [rho_d, 0.05, 0.3]);
     best(target, family, WIDTHS.map(|log_alpha| unknowns(&[log_alpha], &colours)).to_vec())
@@ -57,6 +58,7 @@ fn unknowns(log_alpha: &[f64], colours: &[[f64; 3]; 3]) -> DVector<f64> {
 
 /// The place of a channel's width among `widths`.
 fn width_of(channel: usize, widths: usize) -> usize {
+    // With one width it is the first for every channel, with three each its own.
     channel.min(widths - 1)
 }
 
@@ -127,6 +129,7 @@ fn bounds(widths: usize) -> Bounds {
         [bounds.lower[w], bounds.upper[w]] = LOG_ALPHA;
     }
     for c in 0..3 {
+        // ρd; the Fresnel terms hold the lobe's scale and have no upper bound.
         bounds.upper[widths + 3 * c] = 1.0;
     }
     bounds

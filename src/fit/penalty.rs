@@ -13,10 +13,12 @@ pub fn settle(layout: &Layout, x: &DVector<f64>, equations: &mut NormalEquations
     // Strengths that move nothing which the measurement sees, but leave no unknown free.
     for lobe in 0..layout.lobes().len() {
         let p = layout.shape(lobe) + 1;
+        // A lobe whose flanks do not show leaves p open.
         add_residual(equations, 1e-5, x[p] - 0.5_f64.ln(), &[p], &[1.0]);
         for c in 0..3 {
             let colour = layout.colour(lobe, c);
             for k in 0..COEFFICIENTS {
+                // Coefficient 1 shows at grazing angles alone, where little is measured.
                 let strength = if k == 1 { 1e-6 } else { 1e-8 };
                 add_residual(equations, strength, x[colour + k], &[colour + k], &[1.0]);
             }
@@ -32,6 +34,7 @@ pub const MAX_PEAK: f64 = 6.5e4;
 
 /// Adds a wall at [`MAX_PEAK`].
 fn limit_peak(layout: &Layout, x: &DVector<f64>, lobe: usize, equations: &mut NormalEquations) {
+    /// At the limit itself, a margin beyond its foot, the wall costs 0.025.
     const STRENGTH: f64 = 10.0;
     /// The wall starts this far, in ln D(0), before the limit.
     const MARGIN: f64 = 0.05;

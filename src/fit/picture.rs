@@ -42,6 +42,7 @@ pub fn error(material: &Material, fitted: &SharedMixture) -> f64 {
     let angles = (0..STEPS).map(|i| MIN_TAN2_THETA * STEP.powi(i));
     let [off, whole] = angles.fold([0.0, 0.0], |[off, whole], x| {
         let brightness = shown.brightness(x);
+        // Steps are even in ln x, and the area of a ring in a picture is ∝ x d ln x.
         [off + x * shown.difference(&mixtures, x), whole + x * 3.0 * brightness * brightness]
     });
     (off / whole).sqrt()
@@ -69,6 +70,7 @@ impl ShownLobe {
     /// (D, 1) times the scale of an angle with this weight.
     fn goal(&self, tan2_theta: f64, weight: f64) -> (f64, f64) {
         let d = self.ndf.ndf(tan2_theta);
+        // Both errors are least squares of the same difference, so their weights add as squares.
         let scale = (self.brightness() * weight).hypot(OWN / (d + FLOOR * self.ndf.peak()));
         (scale * d, scale)
     }
@@ -110,10 +112,12 @@ impl Shown {
     fn brightness(&self, tan2_theta: f64) -> f64 {
         let mut sums = self.rho_d;
         for lobe in &self.lobes {
+            // A distribution that underflows would ask for an infinite relative accuracy.
             let d = lobe.ndf.ndf(tan2_theta) + FLOOR * lobe.ndf.peak();
             sums = std::array::from_fn(|c| sums[c] + lobe.specular[c] * d);
         }
         let squares: f64 = sums.iter().map(|sum| sum * sum).sum();
+        // Of a black material too 1/B² stays finite.
         (squares / 3.0).sqrt().max(f64::MIN_POSITIVE.sqrt())
     }
 

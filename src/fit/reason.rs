@@ -85,6 +85,7 @@ pub fn has_visible_lobe(material: &Material, c: usize) -> bool {
 
 /// 4 ρs max F.
 fn largest_albedo(lobe: &LobeParams, c: usize) -> f64 {
+    // A Fresnel factor that is negative everywhere darkens; it shows no lobe.
     4.0 * lobe.rho_s()[c] * fresnel(lobe)[c].range()[1].max(0.0)
 }
 
@@ -97,6 +98,7 @@ pub fn of_material(material: &Material) -> Vec<Reason> {
 /// The remarks on one colour of a material.
 fn of_channel(channel: Channel, material: &Material) -> Vec<Reason> {
     let c = channel as usize;
+    // An invisible lobe's Fresnel range would be a remark on nothing.
     if !has_visible_lobe(material, c) {
         return vec![Reason::NoVisibleLobe(channel)];
     }

@@ -108,6 +108,7 @@ impl Search<'_> {
     fn of(&self, layout: Layout, library: &Library) -> SgdFit {
         let bounds = layout.bounds(self.energy);
         let starts = library.starts(&layout, STARTS).into_iter();
+        // Only the lowest is followed to the end.
         let rough =
             starts.map(|start| minimise(|x| self.equations(&layout, x), &start, &bounds, ROUGH));
         let best = rough.min_by(|a, b| a.squares.total_cmp(&b.squares));
@@ -144,12 +145,14 @@ impl Search<'_> {
 
     /// Standard errors of a model's parameters, as if no bound held them.
     fn uncertainty(&self, model: &SgdModel) -> Uncertainty {
+        // ρs, F0 and F1 are quotients of the free coefficients: errors carry over by slopes.
         let free = Search { energy: Energy::Free, ..*self };
         let layout = Layout::shared(model.lobes.len());
         let x = layout.unknowns_of(model);
         let here = free.model(&layout, &x);
         let [scatter, flatness] =
             self.target.scatter(layout.unknowns(), |i, rows| free.value(&here, i, rows));
+        // The equations hold each pair's weight fixed; in truth it falls as the error grows.
         let hessian = free.equations(&layout, &x).hessian - flatness;
         let pairs = self.target.pairs.len();
         uncertainty::of(model, &layout, &uncertainty::covariance(&hessian, &scatter, pairs))
@@ -158,6 +161,7 @@ impl Search<'_> {
     /// The mean ΔE over the ball.
     fn difference(&self, layout: &Layout, x: &DVector<f64>) -> f64 {
         let model = self.model(layout, x);
+        // `value` always writes its derivatives; here nobody reads them.
         let mut rows = vec![[0.0; 3]; layout.unknowns()];
         let pairs = 0..self.target.pairs.len();
         let f: Vec<[f64; 3]> = pairs.map(|i| self.value(&model, i, &mut rows)).collect();
@@ -185,6 +189,7 @@ impl Search<'_> {
         let Model { layout, x, shapes } = model;
         let basis = fresnel_basis(self.energy, self.target.pairs[i].cos_theta_d);
         let mut f = [0.0; 3];
+        // `MeasuredTarget` hands over rows of 0: what is not set here has no derivative.
         for c in 0..3 {
             f[c] = x[c] * FRAC_1_PI;
             rows[c][c] = FRAC_1_PI;
@@ -193,6 +198,7 @@ impl Search<'_> {
             let shape = sample.value[i];
             let at = layout.shape(lobe);
             for c in 0..3 {
+                // f is linear in the coefficients: each one's derivative is its curve's.
                 let mut fresnel = 0.0;
                 let colour = layout.colour(lobe, c);
                 for k in 0..COEFFICIENTS {

@@ -25,7 +25,7 @@ pub struct SgdLobe {
 pub struct SgdModel {
     /// Diffuse albedo ρd of each colour.
     pub rho_d: [f64; 3],
-    /// The lobes, sharpest first.
+    /// The lobes, sharpest first; those of the paper's form in the order of the channels.
     pub lobes: Vec<SgdLobe>,
 }
 
@@ -39,6 +39,7 @@ impl SgdLobe {
     /// The lobe of a material, with the fit to its exact masking.
     fn params(&self) -> Result<LobeParams, MaterialError> {
         let Self { alpha, p, rho_s, f0, f1 } = *self;
+        // The fit takes the exact masking; λ, c and k follow from α and p and are not unknowns.
         let params = LobeParams::new(LobeFields { alpha, p, masking: None, rho_s, f0, f1 })?;
         Ok(params.with_masking(FittedMasking::of(&params).params()))
     }

@@ -27,7 +27,7 @@ struct Form {
     constant: f64,
 }
 
-/// Widths ln α and exponents p of the library.
+/// The number of widths of the library, spaced evenly in ln α, and its exponents p.
 const ALPHAS: usize = 8;
 const EXPONENTS: [f64; 4] = [0.1, 0.4, 0.8, 1.4];
 
@@ -36,6 +36,7 @@ impl Library {
     #[must_use]
     pub fn new(target: &MeasuredTarget, grid: &ShapeGrid, energy: Energy) -> Self {
         let shapes = shapes();
+        // Every shape is evaluated once; a choice of shapes only picks rows and columns.
         let values: Vec<Vec<f64>> = shapes.iter().map(|shape| grid.values(*shape)).collect();
         let forms = [0, 1, 2].map(|c| Form::new(target, &values, energy, c));
         Self { shapes, energy, forms }
@@ -54,6 +55,7 @@ impl Library {
 
     fn couples(&self) -> impl Iterator<Item = Vec<usize>> {
         let n = self.shapes.len();
+        // The two lobes are alike, so each couple counts once.
         (0..n).flat_map(move |i| (i + 1..n).map(move |j| vec![i, j]))
     }
 
@@ -64,6 +66,7 @@ impl Library {
         rated.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut kept: Vec<Vec<usize>> = Vec::new();
         for (_, choice) in rated {
+            // Neighbours mostly lead to the same minimum.
             if kept.len() < most && !kept.iter().any(|other| alike(other, &choice)) {
                 kept.push(choice);
             }
@@ -90,6 +93,7 @@ impl Library {
             }
             kept
         });
+        // The channels have nothing in common, so their ranks need not be mixed.
         let count = ranked.iter().map(Vec::len).min().unwrap_or(0).min(most);
         (0..count).map(|rank| ranked.iter().map(|kept| kept[rank]).collect()).collect()
     }
@@ -121,6 +125,7 @@ impl Library {
 fn shapes() -> Vec<LogShape> {
     let [low, high] = LOG_ALPHA;
     debug_assert!(EXPONENTS.iter().all(|p| (LOG_P[0]..LOG_P[1]).contains(&p.ln())));
+    // At the middles of equal intervals: none starts on a bound.
     let alphas = (0..ALPHAS).map(|i| low + (high - low) * (i as f64 + 0.5) / ALPHAS as f64);
     alphas.flat_map(|alpha| EXPONENTS.map(|p| LogShape { alpha, p: p.ln() })).collect()
 }
@@ -128,6 +133,7 @@ fn shapes() -> Vec<LogShape> {
 /// Returns whether two shapes of the library are neighbours or the same.
 fn near(a: usize, b: usize) -> bool {
     let n = EXPONENTS.len();
+    // A shape's index is that of its width times the number of exponents, plus its exponent's.
     (a / n).abs_diff(b / n) <= 1 && (a % n).abs_diff(b % n) <= 1
 }
 
@@ -154,6 +160,7 @@ impl Form {
             }
         }
         let hessian = &rows * rows.transpose();
+        // ½ |Aᵀx − b|² = ½ xᵀAAᵀx − (Ab)ᵀx + ½ |b|².
         Self { gradient: -(&rows * &goal), hessian, constant: 0.5 * goal.norm_squared() }
     }
 

@@ -28,8 +28,8 @@ pub struct Pair {
     pub cos_theta: [f64; 2],
     /// cotθi, cotθo.
     pub cot_theta: [f64; 2],
-    /// cosθo dωi dωo over all pairs' sum, for light along `wi` and, as f is reciprocal, for light
-    /// along `wo` with the roles swapped.
+    /// cosθo dωi dωo as a share of the sum over all pairs, for light along `wi` and, as f is
+    /// reciprocal, for light along `wo` with the roles swapped.
     pub weights: [f64; 2],
 }
 
@@ -55,8 +55,8 @@ pub struct Target {
     pub pairs: Vec<Pair>,
     /// f at each pair, per channel \[1/sr\].
     pub channels: [Vec<f64>; 3],
-    /// Finer nodes of the same material, made when first asked for; none of a target that was made
-    /// fine.
+    /// Finer nodes of the same material, made when first asked for; `None` where the nodes were
+    /// chosen, so that such a target is its own judge.
     finer: Option<Arc<Finer>>,
 }
 
@@ -174,6 +174,7 @@ impl Target {
         let (mut difference, mut total) = (0.0, 0.0);
         for (i, (pair, exact)) in self.pairs.iter().zip(&self.channels[channel]).enumerate() {
             for side in 0..2 {
+                // The transform takes the light's cosine, the weight already holds the viewer's.
                 let [fitted, exact] =
                     [fit(i, side), *exact].map(|f| metric.transform(f, pair.cos_theta[side]).0);
                 difference += pair.weights[side] * (fitted - exact).powi(2);
@@ -188,11 +189,13 @@ impl Target {
 /// The smallest tan²θh at which a lobe's distribution bends: α² where the power law starts, but
 /// no finer than what a pixel of a picture could show.
 fn lobe_scale(material: &Material) -> f64 {
+    // The sharpest lobe sets the spacing; a material without lobes, ∞ here, takes the widest scale.
     material.lobes().iter().map(bend).fold(f64::INFINITY, f64::min).clamp(1e-7, 0.1)
 }
 
 /// tan²θ at which a distribution bends; without a power law, a Beckmann distribution's width.
 fn bend(lobe: &LobeParams) -> f64 {
+    // t = α + x/α: t⁻ᵖ bends at x = α², e⁻ᵗ falls from x = α on.
     if lobe.p() > 0.0 { lobe.alpha() * lobe.alpha() } else { lobe.alpha() }
 }
 
@@ -213,6 +216,7 @@ pub fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
             }
         }
     }
+    // The solid angles' constant factors (4, 2π, a quarter turn) cancel here; `pair` omits them.
     let total: f64 = pairs.iter().flat_map(|pair| pair.weights).sum();
     pairs.iter_mut().for_each(|pair| pair.weights = pair.weights.map(|weight| weight / total));
     pairs
@@ -220,12 +224,14 @@ pub fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
 
 /// (tan²θh, sinθh dθh) over the hemisphere.
 fn half_angles(scale: f64, nodes: usize) -> Vec<(f64, f64)> {
+    /// θh = 86°.
     const MAX_TAN2_THETA_H: f64 = 200.0;
     let length = (MAX_TAN2_THETA_H / scale).ln_1p();
     let nodes = gauss_legendre(nodes);
     nodes
         .iter()
         .map(|node| {
+            // Even steps in y = ln(1 + x/s) are even in x in the core and even in ln x in the tail.
             let x = scale * (node.x * length).exp_m1();
             // sinθ dθ = ½ (1+x)^{−3/2} dx, dx = (x + s) dy.
             (x, node.weight * length * 0.5 * (x + scale) * (1.0 + x).powf(-1.5))
@@ -264,6 +270,7 @@ pub(super) fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) ->
 
 /// f of each colour at every pair.
 fn samples(material: &Material, pairs: &[Pair]) -> [Vec<f64>; 3] {
+    // 1e-6 is far below any fit's residual, and G1 is most of the cost.
     let brdf = SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Picture).tabulated();
     let mut sums = [(); 3].map(|()| vec![0.0; pairs.len()]);
     for lobe in &brdf.lobes {

@@ -10,9 +10,9 @@ use crate::fit::unknowns::Layout;
 ///
 /// # Formula
 ///
-/// H⁻¹ (Σ ψψᵀ) H⁻¹ · N/(N − n), H the objective's Gauss–Newton matrix and ψ the gradient of a single
-/// pair's share (Huber 1967, White 1980): it takes what is left at the N pairs for their noise, each
-/// by itself. Where the model cannot follow the surface, neighbouring pairs err alike, and the true
+/// H⁻¹ (Σ ψψᵀ) H⁻¹ · N/(N − n), H the objective's curvature and ψ the gradient of a single pair's
+/// share (Huber 1967, White 1980): it takes what is left at the N pairs for their noise, each by
+/// itself. Where the model cannot follow the surface, neighbouring pairs err alike, and the true
 /// uncertainty is larger.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Uncertainty {
@@ -41,11 +41,13 @@ pub(crate) fn covariance(
     });
     (0..seen.len()).for_each(|i| reduced[(i, i)] += 1e-12);
     let mut covariance = DMatrix::zeros(n, n);
+    // Not positive definite: nothing bounds the errors of the free coefficients.
     let Some(inverse) = reduced.cholesky().map(|factor| factor.inverse()) else {
         covariance.fill_diagonal(f64::INFINITY);
         return covariance;
     };
     let sandwich = &inverse * scatter * &inverse;
+    // Residuals at a minimum are smaller than the noise, as n unknowns have adapted to it.
     let freedom = pairs as f64 / pairs.saturating_sub(n).max(1) as f64;
     for (i, a) in seen.iter().enumerate() {
         for (j, b) in seen.iter().enumerate() {
@@ -55,7 +57,7 @@ pub(crate) fn covariance(
     covariance
 }
 
-/// The standard errors of a model whose unknowns, those of a fit with free energy, have a covariance.
+/// The standard errors of a model from the covariance of its unknowns with free energy.
 #[must_use]
 pub(crate) fn of(model: &SgdModel, layout: &Layout, covariance: &DMatrix<f64>) -> Uncertainty {
     let errors = Errors { layout, covariance };
@@ -76,6 +78,7 @@ impl Errors<'_> {
     fn of(&self, slopes: &[(usize, f64)]) -> f64 {
         let mut gradient = DVector::zeros(self.layout.unknowns());
         slopes.iter().for_each(|(i, slope)| gradient[*i] = *slope);
+        // Rounding can take a variance of nearly 0 below it.
         gradient.dot(&(self.covariance * &gradient)).max(0.0).sqrt()
     }
 
@@ -85,11 +88,13 @@ impl Errors<'_> {
         let [mut rho_s, mut f0, mut f1] = [[0.0; 3]; 3];
         for c in (0..3).filter(|c| lobe.rho_s[*c] > 0.0) {
             let (scale, facing, bend) = (lobe.rho_s[c], lobe.f0[c], lobe.f1[c]);
+            // With a = ρs F0, s = ρs and b = ρs (F0 − F1): F0 = a/s and F1 = (a − b)/s.
             rho_s[c] = self.of_colour(j, c, [0.0, 1.0, 0.0]);
             f0[c] = self.of_colour(j, c, [1.0 / scale, -facing / scale, 0.0]);
             f1[c] = self.of_colour(j, c, [1.0 / scale, -bend / scale, -1.0 / scale]);
         }
         SgdLobe {
+            // dα/d ln α = α.
             alpha: self.of(&[(shape, lobe.alpha)]),
             p: self.of(&[(shape + 1, lobe.p)]),
             rho_s,

@@ -1,4 +1,4 @@
-//! The unknowns of an SGD fit: their places, their bounds, and the parameters that they are.
+//! The unknowns of an SGD fit: their places, their bounds, and the parameters they stand for.
 
 use nalgebra::DVector;
 
@@ -9,9 +9,9 @@ use crate::fit::sgd_model::{SgdLobe, SgdModel};
 use crate::fit::shape::LogShape;
 use crate::math::least_squares::Bounds;
 
-/// ln α that is searched.
+/// The range of ln α that is searched: α from 1e-5 to 2.
 pub const LOG_ALPHA: [f64; 2] = [-11.5, 0.7];
-/// ln p that is searched.
+/// The range of ln p that is searched: p from 0.018 to 2.46.
 pub const LOG_P: [f64; 2] = [-4.0, 0.9];
 
 /// The channels that a lobe colours.
@@ -38,7 +38,7 @@ pub struct Layout {
     lobes: Vec<Colours>,
 }
 
-/// Unknowns of a lobe.
+/// Unknowns of a lobe, with those of channels that it does not colour: their bounds hold them at 0.
 const LOBE: usize = 2 + 3 * COEFFICIENTS;
 
 impl Layout {
@@ -145,6 +145,7 @@ impl Layout {
     /// The parameters of a lobe.
     fn lobe(&self, x: &DVector<f64>, j: usize, energy: Energy) -> SgdLobe {
         let shape = self.log_shape(x, j);
+        // Transposed: a lobe has each parameter of three channels side by side.
         let colours = [0, 1, 2].map(|c| parameters(energy, self.coefficients(x, j, c)));
         let [rho_s, f0, f1] = [0, 1, 2].map(|k| colours.map(|colour| colour[k]));
         SgdLobe { alpha: shape.alpha(), p: shape.p(), rho_s, f0, f1 }

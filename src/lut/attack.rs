@@ -13,8 +13,8 @@ const STEPS: [f64; 9] = [0.3, 0.1, 0.04, 0.015, 0.006, 0.003, 0.001, 4e-4, 1e-4]
 
 /// The probe with the largest error that a climb from `start` finds, and that error.
 ///
-/// Viewer, half vector and azimuth are moved one after another by ever smaller steps, as long as
-/// that raises `error` of the pair's probe.
+/// Viewer, half vector and azimuth are moved one after another by ever smaller steps, each tried
+/// once in both senses and kept where it raises `error` of the pair's probe.
 #[must_use]
 pub fn attack(brdf: &SgdBrdf, start: &Probe, error: impl Fn(&Probe) -> f64) -> (f64, Probe) {
     let mut place = Place::of(start);
@@ -23,7 +23,8 @@ pub fn attack(brdf: &SgdBrdf, start: &Probe, error: impl Fn(&Probe) -> f64) -> (
         for axis in 0..3 {
             for step in [step, -step] {
                 let moved = place.moved(axis, step);
-                // None below the horizon.
+                // The pair comes first; the probes after it only set the bound of its viewer,
+                // which changes as the viewer moves.
                 let Some(probe) = probes_of_pair(brdf, moved.pair()).into_iter().next() else {
                     continue;
                 };
@@ -45,14 +46,17 @@ pub fn attack(brdf: &SgdBrdf, start: &Probe, error: impl Fn(&Probe) -> f64) -> (
 pub fn scatter(brdf: &SgdBrdf, start: &Probe, error: impl Fn(&Probe) -> f64) -> (f64, Probe) {
     const MOVES: i32 = 160;
     const WIDEST: f64 = 0.3;
+    // From 0.3 the last of 160 moves still reaches 1e-3.
     const SHRINK: f64 = 0.965;
-    /// Steps of a sequence that fills the cube evenly: powers of the root of x⁴ = x + 1.
+    /// Steps of a sequence that fills the cube evenly (Roberts 2018): powers of the inverse of the
+    /// root of x⁴ = x + 1.
     const EVEN: [f64; 3] =
         [0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3];
     let mut place = Place::of(start);
     let mut best = (error(start), start.clone());
     for k in 0..MOVES {
         let reach = WIDEST * SHRINK.powi(k);
+        // All three coordinates at once: a jump may lie in a direction that no single axis has.
         let moved = (0..3).fold(place, |place, axis| {
             let uniform = (EVEN[axis] * f64::from(k + 1)).fract();
             place.moved(axis, reach * (2.0 * uniform - 1.0))
@@ -73,18 +77,22 @@ struct Place([f64; 3]);
 impl Place {
     fn of(probe: &Probe) -> Self {
         let [wi, wo] = probe.pair;
+        // Not normalised: both ratios below are free of its length.
         let h = wi + wo;
         let azimuth = h.y.atan2(h.x) - wo.y.atan2(wo.x);
+        // Logarithms, so that one step suits lobes of every width.
         Self([bounded_ln(cot_theta(wo)), 0.5 * bounded_ln(tan2_theta(h)), azimuth])
     }
 
     fn moved(mut self, axis: usize, step: f64) -> Self {
+        // The azimuth is an angle: the widest step turns it by 54°.
         self.0[axis] += if axis == 2 { PI * step } else { step };
         self
     }
 
     fn pair(self) -> [DVec3; 2] {
         let [log_cot, log_tan, azimuth] = self.0;
+        // An isotropic f depends on the azimuths' difference alone, so wo stays at azimuth 0.
         let wo = at_cot(log_cot.exp());
         let h = from_cos_sin(1.0, log_tan.exp(), azimuth).normalize();
         [2.0 * wo.dot(h) * h - wo, wo]
@@ -93,5 +101,6 @@ impl Place {
 
 /// ln x of x within 1e±15.
 fn bounded_ln(x: f64) -> f64 {
+    // cotθ is infinite and tanθh is 0 where a climb may well start: no step leads away from ±∞.
     x.clamp(1e-15, 1e15).ln()
 }

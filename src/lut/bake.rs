@@ -18,7 +18,8 @@ use crate::lut::search::smallest;
 use crate::lut::table::{Proof, Table};
 use crate::material::Material;
 
-/// The share of the tolerance below which the lobes of a colour count as invisible.
+/// The share of the tolerance below which the lobes of a colour count as invisible; the rest is
+/// left to the errors of the lobes that are stored.
 const INVISIBLE: f64 = 0.5;
 
 /// The result of a bake.
@@ -89,6 +90,7 @@ pub fn bake_with_progress(
         return Err(BakeError::NoMaterial);
     }
     request.check()?;
+    // A bake of a given size has no tolerance: it stores every lobe that changes f at all.
     let invisible = INVISIBLE * request.tolerance().unwrap_or(0.0);
     let sampled = materials.par_iter().map(|m| Sampled::new(m, request.masking, invisible));
     let sampled: Vec<Sampled<'_>> = sampled.inspect(|_| progress()).collect();
@@ -96,7 +98,7 @@ pub fn bake_with_progress(
     if rows.lobes.len() > MAX_ROWS || rows.fresnel.len() > MAX_ROWS {
         return Err(BakeError::Rows { found: rows.fresnel.len().max(rows.lobes.len()) });
     }
-    // Refused now, not after minutes with half of the tables filled.
+    // The rows, known only after sampling, decide how much is allocated from here on.
     memory::check(memory::of_bake(request, materials.len(), rows.lobes.len()))?;
     let left_out = sampled.iter().flat_map(|s| s.left_out(invisible)).collect();
     let mut tables = Vec::new();
@@ -106,6 +108,7 @@ pub fn bake_with_progress(
             tables.push(fill_albedo(&rows, request)?);
         }
         if request.wants(Quantity::Brdf3d) {
+            // One after the other: each fills all threads, and one search's tables are held.
             for row in 0..rows.lobes.len() {
                 tables.push(fill_volume(&rows, row, &placed, &sampled, request)?);
                 progress();
@@ -119,6 +122,7 @@ pub fn bake_with_progress(
 fn assign_rows(sampled: &[Sampled<'_>], kind: MaskingKind) -> (Rows, Vec<Placed>) {
     let mut rows = Rows::default();
     let mut known = HashMap::new();
+    // Not in parallel: rows come in the order of the materials, the first of which names each.
     let placed = sampled
         .iter()
         .map(|Sampled { material, brdf, visible, .. }| {
@@ -136,6 +140,7 @@ fn assign_rows(sampled: &[Sampled<'_>], kind: MaskingKind) -> (Rows, Vec<Placed>
 
 /// The albedo table, its error the largest difference of a moment from quadrature.
 fn fill_albedo(rows: &Rows, request: &Request) -> Result<Table, BakeError> {
+    // The moments do not depend on the size: every trial is held against the same values.
     let checks = albedo::Checks::new(&rows.lobes);
     let table = match request.extent {
         Extent::Size(width) => albedo::tabulate(&rows.lobes, width, request.depths.candidates()[0]),

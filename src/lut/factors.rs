@@ -62,15 +62,18 @@ pub struct Subject {
 #[derive(Clone)]
 struct Warps {
     row: usize,
+    /// Shared: an attack makes a subject of every pair that it tries.
     warps: Arc<[Warp; 3]>,
 }
 
 impl Warps {
     fn coordinates(&self, Probe { angles, .. }: &Probe) -> Coordinates {
+        // In f32, as a shader has them, so that their rounding counts in the error.
         let [ndf, masking, fresnel] = &*self.warps;
         Coordinates {
             half: ndf.coordinate(self.row, angles.tan2_h) as f32,
             masking: angles.cot.map(|cot| masking.coordinate(self.row, cot) as f32),
+            // The identity has no constants, hence no row.
             difference: fresnel.coordinate(0, angles.cos_d) as f32,
         }
     }
@@ -142,6 +145,7 @@ impl Subject {
         let (error, probe) = match attack {
             Attack::Climb => self.climbed(brdf, tables, filters)?,
             Attack::Search => {
+                // The worst pair of one filter is seldom another's: each gets climbs of its own.
                 let found = filters.iter().flat_map(|filter| self.climbs(brdf, tables, *filter));
                 found.max_by(|a, b| a.0.total_cmp(&b.0))?
             }
@@ -181,12 +185,14 @@ impl Subject {
         [ndf, masking, fresnel]: [Option<&Table>; 3],
         filter: Filter,
     ) -> f64 {
+        // Only the encoding of `ndf` makes use of the peaks.
         let peaks = self.ndf_peaks;
         let slope_density = ndf.map(|table| table.value(self.row, at.half, peaks, filter));
         let g1 = masking.map(|table| at.masking.map(|u| table.value(self.row, u, peaks, filter)));
-        // The texel is a density of slopes, P22; D = P22/cos⁴θh.
+        // `ndf` stores D cos⁴θh.
         let inv_cos2 = 1.0 + probe.angles.tan2_h;
         let mut decoded = [0.0; 3];
+        // A lobe that is left out is missing here, so what it reflects counts as error.
         for (j, exact) in probe.lobes.iter().enumerate().filter(|(j, _)| self.visible[*j]) {
             let f = fresnel.map_or(exact.fresnel, |table| {
                 table.value(self.fresnel_rows[j], at.difference, peaks, filter)
@@ -228,6 +234,7 @@ impl Subject {
     ) -> f64 {
         let ndf = errors_at(ndf, self.row, at.half);
         let [g1_i, g1_o] = at.masking.map(|u| errors_at(masking, self.row, u));
+        // The interval of (f_lut − f) cosθi: errors of opposite sign do not add up.
         let mut off = [[0.0; 2]; 3];
         for (j, exact) in probe.lobes.iter().enumerate() {
             let growth =
@@ -270,6 +277,7 @@ pub fn attacked(
     tables: &[Table],
     filters: &[Filter],
 ) -> (f64, Vec<Subject>) {
+    // A climb fetches thousands of times: half floats are converted once.
     let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
     let found: Vec<(f64, Subject)> = subjects
         .par_iter()
@@ -350,6 +358,7 @@ impl Sizable for Factors<'_> {
 
     fn largest_growth(&self) -> Option<f64> {
         let widest = self.widths.iter().copied().fold(0.0, f64::max);
+        // Beyond the largest width a texture would stop growing while others went on.
         Some(MAX_GROWTH.min(*WIDTHS.end() as f64 / widest))
     }
 
@@ -373,6 +382,7 @@ impl Sizable for Factors<'_> {
 fn interpolation(term: Term, rows: &Rows, bends: &Bends, subjects: &[Subject]) -> f64 {
     let table = term.tabulate(rows, REFERENCE_WIDTH, Depth::Float);
     let errors = CellErrors::new(term, &table, rows, bends, WEIGHTS);
+    // The other factors have no table, so they are exact.
     bound(subjects, &[(term, errors)]) * (REFERENCE_WIDTH - 1).pow(2) as f64
 }
 

@@ -49,6 +49,7 @@ pub fn of_bake(request: &Request, materials: usize, rows: usize) -> usize {
 /// [`BakeError::Memory`] where the allocator refuses them, or where Linux has fewer to give.
 pub fn check(needed: usize) -> Result<(), BakeError> {
     let mut trial: Vec<u8> = Vec::new();
+    // The allocator knows limits that Linux does not report below, such as `ulimit -v`.
     let refused = trial.try_reserve_exact(needed).is_err();
     // Or the compiler takes out an allocation that nobody uses.
     black_box(&mut trial);
@@ -63,9 +64,11 @@ pub fn check(needed: usize) -> Result<(), BakeError> {
 /// swap, within the container's limit; `None` on other systems.
 fn free() -> Option<usize> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
+    // Not MemFree, which leaves out the caches that Linux gives back.
     let free = kibibytes(&text, "MemAvailable:")? + kibibytes(&text, "SwapFree:").unwrap_or(0);
     // A container sees the memory of its host in /proc.
     let limit = fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
+    // Without a limit the file says `max`.
     let limit = limit.and_then(|limit| limit.trim().parse().ok()).unwrap_or(usize::MAX);
     Some(free.saturating_mul(1024).min(limit))
 }

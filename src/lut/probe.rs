@@ -102,7 +102,9 @@ impl Reach {
         let sharpest = alphas.clone().fold(f64::INFINITY, f64::min);
         let widest = alphas.fold(0.0, f64::max);
         Self {
+            // The power factor of D bends at x = α², the exponential at x = α: this is inside both.
             tan2_theta_h: [0.1 * sharpest * sharpest.min(0.1), 60.0 * widest],
+            // Masking sets in where cotθ is about the width √α of the slopes.
             grazing: sharpest.sqrt().min(1.0),
         }
     }
@@ -135,6 +137,7 @@ pub fn probes(brdf: &SgdBrdf, seed: usize) -> Vec<Probe> {
 pub fn crossings(brdf: &SgdBrdf) -> Vec<Probe> {
     let curves = brdf.lobes.iter().filter(|lobe| lobe.rho_s.iter().any(|rho_s| *rho_s > 0.0));
     let zeros = curves.flat_map(|lobe| lobe.fresnel.iter().flat_map(zeros));
+    // In the mirror pair θd = θo.
     let viewers = zeros.map(|cos| from_cos_sin(cos, (1.0 - cos * cos).sqrt(), 0.0));
     viewers.flat_map(|wo| probes_of_pair(brdf, [DVec3::new(-wo.x, -wo.y, wo.z), wo])).collect()
 }
@@ -149,8 +152,9 @@ fn zeros(fresnel: &Fresnel) -> Vec<f64> {
         .collect()
 }
 
-/// The cosθd between `a` and `b`, where a Fresnel curve has two signs, at which it is 0.
+/// The zero of a Fresnel curve between cosθd = `a` and `b`, where its signs differ.
 fn zero_between(fresnel: &Fresnel, [mut a, mut b]: [f64; 2]) -> f64 {
+    // A cell of 1/64 ends up 1e-14 wide.
     const HALVINGS: usize = 40;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (a + b);
@@ -170,11 +174,14 @@ pub fn probes_of_pair(brdf: &SgdBrdf, [wi, wo]: [DVec3; 2]) -> Vec<Probe> {
 }
 
 fn viewer_direction(viewer: usize, index: usize, grazing: f64) -> DVec3 {
+    // One viewer in each of the even parts, at a place that differs from seed to seed.
     let offset = (viewer / 2) as f64 + spread(index, 0);
     let fraction = offset / (VIEWERS / 2) as f64;
     if viewer.is_multiple_of(2) {
+        // Short of the horizon, where no pair counts.
         return spherical(fraction * FRAC_PI_2 * 0.9999, 0.0);
     }
+    // From a thousandth of where masking sets in to thirty times it.
     at_cot(grazing * 10f64.powf(4.5 * fraction - 3.0))
 }
 
@@ -183,6 +190,7 @@ fn lights(wo: DVec3, index: usize, reach: &Reach) -> impl Iterator<Item = DVec3>
     let [inner, outer] = reach.tan2_theta_h.map(f64::ln);
     let mirrored = (0..HALF_VECTORS).map(move |k| {
         let (a, b) = (spread(index * HALF_VECTORS + k, 1), spread(index * HALF_VECTORS + k, 2));
+        // Half the logarithm of tan²θh.
         let tan = (0.5 * (inner + (outer - inner) * (k as f64 + a) / HALF_VECTORS as f64)).exp();
         // In the plane of incidence, where a grazing viewer's maximum lies, every fourth time.
         let phi = if k.is_multiple_of(4) { (k / 4 % 2) as f64 * PI } else { b * PI };
@@ -200,6 +208,7 @@ fn lights(wo: DVec3, index: usize, reach: &Reach) -> impl Iterator<Item = DVec3>
 
 /// A Kronecker sequence: the k-th of numbers that fill \[0, 1) evenly, one for each dimension.
 fn spread(k: usize, dimension: usize) -> f64 {
+    // 1 over the golden ratio, Roberts' two numbers for the square, √2 − 1 and √3 − 1.
     const IRRATIONAL: [f64; 5] = [
         0.618_033_988_749_895,
         0.754_877_666_246_693,
@@ -232,6 +241,7 @@ fn probe(brdf: &SgdBrdf, wi: DVec3, wo: DVec3) -> Option<Probe> {
             ndf: lobe.distribution.ndf(angles.tan2_h),
             fresnel: lobe.fresnel.map(|fresnel| fresnel.eval(angles.cos_d)),
             g1: angles.cot.map(|cot| lobe.g1(cot)),
+            // f cosθi: the cosine of the light cancels and is never divided by.
             scale: lobe.rho_s.map(|rho_s| rho_s * FRAC_1_PI / angles.cos[1]),
         };
         let of_lobe = slot.specular();

@@ -19,7 +19,8 @@ use crate::lut::table::{ErrorNote, Filter, Proof, Table};
 use crate::lut::term::Term;
 use crate::lut::volume::{self, Volume};
 
-/// The first seed of the longer searches, whose result is stated.
+/// The first seed of the longer searches, whose result is stated: far above those of the other
+/// searches, so that no probe is met twice.
 const SEARCHED: usize = 101;
 
 /// The share of the tolerance that a search may find before it counts as broken, where no bound is
@@ -52,6 +53,7 @@ pub(super) fn fill_volume(
     sampled: &[Sampled<'_>],
     request: &Request,
 ) -> Result<Table, BakeError> {
+    // Materials that share a row differ in ρd and Σρs, which the bound of an error depends on.
     let users = sampled.iter().zip(placed).filter(|(_, placed)| placed.row == Some(row));
     let promise = VolumePromise {
         row: &rows.lobes[row],
@@ -94,6 +96,7 @@ impl VolumePromise<'_> {
 
     /// The largest error at probes seen, unseen, and climbed to from either.
     fn judge(&self, table: &Table, seen: &[Probe], round: usize) -> Judgement<Probe> {
+        // New probes each round: those that a search was sized on would flatter its result.
         let mut unseen = self.unseen(round);
         let climbs = self
             .users
@@ -110,6 +113,7 @@ impl VolumePromise<'_> {
     /// The probes of a round, which no round before has seen.
     fn unseen(&self, round: usize) -> Vec<Probe> {
         const SEEDS: usize = 3;
+        // Seed 0 made the probes of the first search.
         let seeds = 1 + round * SEEDS..=(round + 1) * SEEDS;
         let mut unseen = Vec::new();
         for user in &self.users {
@@ -210,12 +214,13 @@ impl Promise<'_> {
         let unseen = self.unseen(1 + round);
         let (found, mut worst) = attacked(Attack::Climb, &unseen, tables, &Filter::COVERED);
         let mut error = measure(seen, tables, &Filter::COVERED).max(found);
-        // The longer search pays only where the short one finds no fault.
+        // The longer search costs many times the short one: only tables that pass the first get it.
         if !self.is_broken_by(error, tolerance) {
             let unseen = self.unseen(SEARCHED + round);
             let (found, longer) = attacked(Attack::Search, &unseen, tables, &Filter::COVERED);
             (error, worst) = (error.max(found), longer);
         }
+        // Where all bounds are known, the tables need their proof as well.
         let mut refuting = match (tolerance, self.kind()) {
             (Some(tolerance), Proof::Bounded) => self.refuting(tables, tolerance),
             _ => Vec::new(),
@@ -232,6 +237,7 @@ impl Promise<'_> {
         let subjects = materials.filter_map(|(sampled, placed)| {
             let mut probes = probes(&sampled.brdf, seed);
             if seed >= SEARCHED {
+                // The cases that broke a promise: a curve F that is 0 in the mirror direction.
                 probes.extend(crossings(&sampled.brdf));
             }
             Some((&sampled.brdf, Subject::new(self.rows, placed, probes)?))
@@ -241,6 +247,7 @@ impl Promise<'_> {
 
     /// The largest error found of texture units that cut weights down.
     fn truncated(&self, tables: &[Table]) -> f64 {
+        // Stated, not promised: the sizes do not depend on it.
         attacked(Attack::Search, &self.unseen(SEARCHED), tables, &[Filter::Truncating]).0
     }
 

@@ -20,6 +20,7 @@ impl<'a> Sampled<'a> {
     pub fn new(material: &'a Material, kind: MaskingKind, invisible: f64) -> Self {
         let brdf = SgdBrdf::with_accuracy(material, kind, Accuracy::Table).tabulated();
         let probes = probes(&brdf, 0);
+        // Shared among the lobes of a colour: all of them together may be left out.
         let parts = [0, 1, 2].map(|c| {
             let colouring = brdf.lobes.iter().filter(|lobe| lobe.rho_s[c] > 0.0).count();
             invisible / colouring.max(1) as f64

@@ -25,7 +25,7 @@ const LOWEST: f32 = -0.7;
 /// polynomial. Below the horizon u = c/s, and v·s continues as its value at the horizon times
 /// 1 + y + y²/2, y = u d(ln v)/du there: positive, and smooth across the horizon.
 ///
-/// The bits are those of every instruction set: all fuse products and sums, in software where the
+/// Every instruction set gives the same bits: products and sums are fused, in software where the
 /// machine cannot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visibility {
@@ -66,7 +66,7 @@ impl Visibility {
     /// v(wi)·v(wo) of each lobe at cosθi, cosθo = `middle` ∓ `reach`.
     #[inline(always)]
     pub fn products<A: Arithmetic>(&self, middle: &Lanes, reach: &Lanes) -> [Lanes; 3] {
-        // A loop of known length stays in registers; five lengths serve every order.
+        // A length known at compile time unrolls; coefficients beyond `count` are 0.
         match self.count {
             0..=10 => self.products_of::<A, 10>(middle, reach),
             11..=12 => self.products_of::<A, 12>(middle, reach),
@@ -87,15 +87,17 @@ impl Visibility {
         let (mut t_i, mut t_o, mut below, mut inverse) = (empty, empty, empty, empty);
         let inverse_scale = 1.0 / self.scale;
         for k in 0..BLOCK {
+            // reach ≥ 0, so only cosθi can be below the horizon.
             let (cos_i, cos_o) = (middle[k] - reach[k], middle[k] + reach[k]);
             // cosθo = middle + reach is never below the horizon.
             let above = max(cos_i, 0.0);
             let (length_i, length_o) = (above + self.scale, cos_o + self.scale);
-            // One division in place of three.
+            // One division for both u and for 1/((c_i + s)(c_o + s)).
             let inverse_both = 1.0 / (length_i * length_o);
             inverse[k] = inverse_both;
             t_i[k] = A::mul_add(above * length_o * inverse_both, self.stretch, -1.0);
             t_o[k] = A::mul_add(cos_o * length_i * inverse_both, self.stretch, -1.0);
+            // 0 above the horizon, where `beyond` is 1.
             below[k] = max(min(cos_i, 0.0) * inverse_scale, LOWEST);
         }
         let mut products = [empty; 3];
@@ -103,6 +105,7 @@ impl Visibility {
             let coefficients = &self.coefficients[c];
             let slope = self.log_slope[c];
             for (k, product) in products.iter_mut().enumerate() {
+                // Horner's rule for both directions at once: two chains hide each other's latency.
                 let (mut sum_i, mut sum_o) = (coefficients[N - 1], coefficients[N - 1]);
                 for n in (0..N - 1).rev() {
                     sum_i = A::mul_add(sum_i, t_i[k], coefficients[n]);

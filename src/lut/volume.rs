@@ -86,6 +86,8 @@ pub fn tabulate_on(
     let scales = row.lobes.each_ref().map(|lobe| lobe.as_ref().map_or(1.0, lobe_scale));
     let shares = [0, 1, 2].map(|c| row.shares(c));
     let factor: [f64; 3] = std::array::from_fn(|c| colour_factor(row, c, &shares[c]));
+    // D/q of each lobe, with a q of its own, stays in the range of f32; the weights turn it into a
+    // share of the colour's q.
     let weights = [0, 1, 2].map(|j| [0, 1, 2].map(|c| shares[c][j] * (scales[j] / factor[c])));
     let colours: Vec<ColourMatrix> =
         cos_d.iter().map(|cos| ColourMatrix::new(fresnel_columns(row, weights, *cos))).collect();
@@ -94,6 +96,7 @@ pub fn tabulate_on(
         visibility: Visibility::new(row, masking_accuracy(depth)),
     };
     let texels = fill(size, depth, &|line, out: &mut [[f32; 3]]| {
+        // Lines run along θh; then θd varies, and |cosφd| last.
         let (d, phi) = (line % size[1], line / size[1]);
         let sin_d = (1.0 - cos_d[d] * cos_d[d]).max(0.0).sqrt();
         let line = Line {
@@ -134,6 +137,7 @@ fn fresnel_columns(row: &Row, weights: [[f64; 3]; 3], cos_d: f64) -> [[f32; 3]; 
 fn fill(size: [usize; 3], depth: Depth, line: &(impl Fn(usize, &mut [[f32; 3]]) + Sync)) -> Texels {
     let count = size.iter().product();
     match depth {
+        // A request for 16-bit integers has been refused: this quantity does not fit a range.
         Depth::Float | Depth::Unorm16 => {
             let mut texels = vec![[0.0; 3]; count];
             let lines = texels.par_chunks_mut(size[0]).enumerate();
@@ -141,12 +145,14 @@ fn fill(size: [usize; 3], depth: Depth, line: &(impl Fn(usize, &mut [[f32; 3]]) 
             Texels::Float(texels)
         }
         Depth::Half => {
+            // The system hands out zeroed pages as the threads first write them.
             let mut texels: Vec<[f16; 3]> = bytemuck::zeroed_vec(count);
             let lines = texels.par_chunks_mut(size[0]).enumerate();
             lines.for_each_init(
                 || vec![[0.0; 3]; size[0]],
                 |single, (i, out)| {
                     line(i, single);
+                    // Vector instructions convert a whole line at a time.
                     out.as_flattened_mut().convert_from_f32_slice(single.as_flattened());
                 },
             );
@@ -159,6 +165,7 @@ fn fill(size: [usize; 3], depth: Depth, line: &(impl Fn(usize, &mut [[f32; 3]]) 
 fn lobe_scale(lobe: &Lobe<Sgd>) -> f64 {
     let colours = (0..3).filter(|c| lobe.rho_s[*c] > 0.0);
     let fresnel = colours.map(|c| lobe.fresnel[c].max_magnitude()).fold(0.0, f64::max);
+    // A lobe without any Fresnel term must not be divided by 0.
     largest_product(lobe) * if fresnel > 0.0 { fresnel } else { 1.0 }
 }
 
@@ -203,6 +210,7 @@ fn probe_error(table: &Table, factor: [f64; 3], probe: &Probe) -> f64 {
     ];
     // Σρs/(π cosθo) per colour.
     let scale = [0, 1, 2].map(|c| probe.lobes.iter().map(|lobe| lobe.scale[c]).sum::<f64>());
+    // f cosθi = Σρs/π · B · cosθi, and `scale` is over cosθo.
     let mut largest: f64 = 0.0;
     for filter in Filter::COVERED {
         let texel = table.fetch_3d(u, filter);
@@ -214,7 +222,7 @@ fn probe_error(table: &Table, factor: [f64; 3], probe: &Probe) -> f64 {
     largest
 }
 
-/// The probe with the largest error that climbs from the worst few of `probes` find.
+/// The probes at which climbs from the worst few of `probes` end.
 #[must_use]
 pub fn attacked<'a>(
     table: &Table,
@@ -224,6 +232,7 @@ pub fn attacked<'a>(
     const CLIMBS: usize = 8;
     let mut starts: Vec<(f64, &Probe)> =
         probes.map(|probe| (error_at(table, probe), probe)).collect();
+    // A stable sort: equal errors keep their order, and the table its bytes.
     starts.sort_by(|a, b| b.0.total_cmp(&a.0));
     starts.truncate(CLIMBS);
     let climbs = starts.into_par_iter().map(|(_, start)| {
@@ -257,6 +266,7 @@ impl<'a> Volume<'a> {
     pub fn new(row: &'a Row, index: usize, probes: &[Probe], tolerance: f64) -> Self {
         let aim = Self::AIMS[0] * tolerance;
         let expected = std::array::from_fn(|axis| {
+            // Floats, so that c is of interpolation alone.
             let error = measure(&tabulate(row, index, REFERENCE[axis], Depth::Float), probes);
             let cells = (REFERENCE[axis][axis] - 1) as f64;
             1.0 + cells * (3.0 * error / aim).sqrt()
@@ -278,6 +288,7 @@ impl Sizable for Volume<'_> {
     const AIMS: &'static [f64] = &[0.8, 1.0];
 
     fn largest_growth(&self) -> Option<f64> {
+        // Downwards in steps of 5 % to the first that fits.
         let mut growths = (0..200).map(|k| MAX_GROWTH * 0.95_f64.powi(k));
         growths.find(|growth| self.grown(*growth).iter().product::<usize>() <= MAX_TEXELS)
     }

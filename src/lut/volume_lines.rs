@@ -76,6 +76,7 @@ pub(super) enum ColourMatrix {
 
 impl ColourMatrix {
     pub(super) fn new(columns: [[f32; 3]; 3]) -> Self {
+        // A published fit, whose lobes colour one channel each: three products in place of nine.
         if (0..3).all(|j| (0..3).all(|c| c == j || columns[j][c] == 0.0)) {
             Self::Diagonal([0, 1, 2].map(|c| columns[c][c]))
         } else {
@@ -99,6 +100,7 @@ impl Lines {
     #[inline(always)]
     fn fill<A: Arithmetic>(&self, line: Line, out: &mut [[f32; 3]]) {
         for (half, out) in self.half.iter().zip(out.chunks_mut(BLOCK)) {
+            // cosθi, cosθo = cosθh cosθd ∓ sinθh sinθd |cosφd|.
             let (mut middle, mut reach) = (half.cos, half.sin);
             for k in 0..BLOCK {
                 middle[k] *= line.cos_theta_d;
@@ -112,6 +114,7 @@ impl Lines {
                             *lobe *= ndf * fresnel;
                         }
                     }
+                    // Lanes become texels only here: the loops above run over whole vectors.
                     for (k, texel) in out.iter_mut().enumerate() {
                         *texel = [lobes[0][k], lobes[1][k], lobes[2][k]];
                     }
@@ -126,6 +129,7 @@ impl Lines {
                         let mut sums = [0.0; 3];
                         for (lobe, column) in lobes.iter().zip(&columns) {
                             for (sum, fresnel) in sums.iter_mut().zip(column) {
+                                // Lobe by lobe in a fixed order, for equal bits.
                                 *sum = A::mul_add(lobe[k], *fresnel, *sum);
                             }
                         }

@@ -76,6 +76,7 @@ impl Edition {
     pub fn materials(self) -> impl Iterator<Item = &'static Material> {
         let published = catalog().iter().map(|entry| &entry.material);
         let refitted = refit().iter().map(|entry| &entry.material);
+        // Both iterators with one of them empty: the function has one return type.
         let (published, refitted) = match self {
             Self::Published => (Some(published), None),
             Self::Refit => (None, Some(refitted)),
@@ -160,6 +161,7 @@ fn nearest_names(name: &str) -> Vec<&'static str> {
 
 fn parse_table() -> Vec<CatalogEntry> {
     let rows: Vec<(&str, ChannelParams, Printed)> = TABLE.lines().skip(1).map(parse_row).collect();
+    // A material's channels are three consecutive lines.
     rows.chunks_exact(3)
         .map(|rgb| {
             let channels = std::array::from_fn(|c| rgb[c].1);
@@ -175,6 +177,7 @@ fn parse_table() -> Vec<CatalogEntry> {
 
 /// The resemblance of a name to another, larger where it is part of it.
 fn similarity(name: &str, other: &str) -> f64 {
+    // Names resemble each other by at most 1, so those that contain `name` come first.
     let part = if other.contains(name) { 1.0 } else { 0.0 };
     strsim::jaro_winkler(&name.to_lowercase(), other) + part
 }

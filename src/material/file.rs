@@ -70,6 +70,7 @@ pub fn load(path: &Path) -> Result<Material, MaterialFileError> {
 
 /// The text of a file that is not too large.
 fn text(path: &Path) -> std::io::Result<Result<String, Problem>> {
+    // Before it is read, as reading takes the memory of whatever file was named.
     let size = std::fs::metadata(path)?.len();
     if size > MAX_BYTES {
         return Ok(Err(Problem::TooLarge(size)));
@@ -121,6 +122,7 @@ fn material(text: &str) -> Result<Material, Located> {
     if name.trim().is_empty() {
         return Err((Problem::EmptyName, file.span_of("name")));
     }
+    // Either key alone means the form of lobes, whose errors then name what is missing.
     if file.has("rho_d") || file.has("lobe") {
         lobe_form(name, &file)
     } else {
@@ -163,6 +165,7 @@ fn channel_params(section: &Section<'_>) -> Result<ChannelParams, Located> {
         f0: section.number("f0")?,
         f1: section.number("f1")?,
     };
+    // Here, where the table is known; `of_channels` would not tell which channel it is.
     params.validate().map_err(|error| section.out_of_range(error))?;
     Ok(params)
 }
@@ -184,6 +187,7 @@ fn lobe_params(section: &Section<'_>) -> Result<LobeParams, Located> {
 #[must_use]
 pub fn to_toml(material: &Material) -> String {
     let mut text = format!("name = {}\n", toml::Value::from(material.name.as_str()));
+    // `{:?}` writes the shortest digits that read back as the same number.
     let _ = writeln!(text, "rho_d = {:?}", material.rho_d());
     for lobe in material.lobes() {
         let _ = writeln!(text, "\n[[lobe]]\nalpha = {:?}\np = {:?}", lobe.alpha(), lobe.p());

@@ -108,6 +108,7 @@ impl LobeParams {
     /// The first parameter that is NaN or outside its range.
     pub fn new(fields: LobeFields) -> Result<Self, ParameterError> {
         let LobeFields { alpha, p, masking, rho_s, f0, f1 } = fields;
+        // Once here for every way in, `Deserialize` included; evaluators check nothing.
         SCALE.check_all("rho_s", rho_s)?;
         ALPHA.check("alpha", alpha)?;
         P.check("p", p)?;

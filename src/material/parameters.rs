@@ -168,7 +168,7 @@ impl Material {
         let mut lobes: Vec<LobeParams> = Vec::with_capacity(MAX_LOBES);
         for (c, channel) in channels.iter().enumerate() {
             let lobe = channel.lobe(c)?;
-            // D and G1 of equal shapes are then evaluated once.
+            // The lobe of a channel is black in the other two: only its own entries are taken over.
             match lobes.iter_mut().find(|known| known.has_shape_of(&lobe)) {
                 Some(known) => {
                     known.rho_s[c] = lobe.rho_s[c];

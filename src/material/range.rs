@@ -34,7 +34,7 @@ pub(super) const ALPHA: Range =
 pub(super) const P: Range = Range { lowest: 0.0, highest: 10.0, words: "between 0 and 10" };
 /// Diffuse and specular scales; the published ones end below 5. Beyond, f32 textures overflow.
 pub(super) const SCALE: Range = Range { lowest: 0.0, highest: 1e4, words: "between 0 and 1e4" };
-/// Fresnel parameters; the published ones end at 5.
+/// Fresnel parameters; the published ones end at 8.5.
 pub(super) const FRESNEL: Range =
     Range { lowest: -1e4, highest: 1e4, words: "between -1e4 and 1e4" };
 /// Masking parameters; c of the published ones reaches 1e109.

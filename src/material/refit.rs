@@ -65,6 +65,7 @@ pub fn refit_of(name: &str) -> Option<&'static RefitEntry> {
 fn parse_table() -> Vec<RefitEntry> {
     let rows: Vec<Vec<&str>> =
         TABLE.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    // The lines of a material are its lobes; the columns of the whole material repeat in each.
     rows.chunk_by(|a, b| a[0] == b[0]).map(entry).collect()
 }
 

@@ -111,6 +111,7 @@ impl<'t> Section<'t> {
         accepted: &'static str,
         read: impl FnOnce(&'t Spanned<DeValue<'t>>) -> Option<T>,
     ) -> Result<T, Located> {
+        // A missing key has no place of its own: the place is the table's.
         let Some(value) = self.entries.get(key) else {
             return Err((Problem::MissingKey(self.dotted(key)), self.span.clone()));
         };

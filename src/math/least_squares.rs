@@ -15,7 +15,8 @@ pub struct NormalEquations {
     pub hessian: DMatrix<f64>,
 }
 
-/// Residuals that are summed side by side.
+/// Residuals that are summed side by side. The number is the same on every machine, whatever the
+/// width of its vectors, and so are the bits of the sums.
 pub const LANES: usize = 32;
 /// A number of each.
 pub type Lanes = [f64; LANES];
@@ -67,6 +68,7 @@ impl<const N: usize> Residuals<N> {
             for (l, by) in by_i.iter().enumerate() {
                 self.gradient[i][l] += terms.slope[l] * by;
             }
+            // The lower triangle; [`NormalEquations::add`] mirrors it.
             for (j, by_j) in row[..=i].iter().enumerate() {
                 for (l, by) in by_i.iter().enumerate() {
                     self.hessian[i][j][l] += terms.curvature[l] * by * by_j[l];
@@ -83,11 +85,12 @@ impl NormalEquations {
         Self { squares: 0.0, gradient: DVector::zeros(n), hessian: DMatrix::zeros(n, n) }
     }
 
-    /// Adds residuals that depend on the unknowns at `places`; one may stand there twice.
+    /// Adds residuals that depend on the unknowns at `places`, which may name an unknown twice.
     pub fn add<const N: usize>(&mut self, residuals: &Residuals<N>, places: [usize; N]) {
         self.squares += sum_in_pairs(residuals.squares);
         for i in 0..N {
             self.gradient[places[i]] += sum_in_pairs(residuals.gradient[i]);
+            // Both orders: where a pair names one unknown twice, its mixed term counts twice.
             for j in 0..N {
                 self.hessian[(places[i], places[j])] +=
                     sum_in_pairs(residuals.hessian[i.max(j)][i.min(j)]);
@@ -178,8 +181,10 @@ pub fn minimise_in(
     let mut damping = 1e-4;
     for _ in 0..steps {
         let step = box_quadratic(&damped(&at.hessian, damping), &at.gradient, &bounds.shifted(&x));
+        // The step ends in the box but for rounding.
         let next_x = bounds.clamp(&(&x + step));
         let next = equations(&next_x);
+        // A NaN fails the comparison and counts as a rise.
         if next.squares <= at.squares {
             let gain = at.squares - next.squares;
             (x, at) = (next_x, next);
@@ -188,6 +193,7 @@ pub fn minimise_in(
                 break;
             }
         } else if damping > 1e8 {
+            // Not even so short a step lowers the sum: x is its minimum to rounding.
             break;
         } else {
             damping *= 10.0;
@@ -199,6 +205,7 @@ pub fn minimise_in(
 /// H + damping·diag(H), with a floor that keeps unseen unknowns where they are.
 #[must_use]
 pub fn damped(hessian: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
+    // 1e-290 keeps a Hessian of zeros positive definite.
     let floor = 1e-14 * hessian.diagonal().max().max(1e-290);
     let mut damped = hessian.clone();
     for i in 0..hessian.nrows() {
@@ -222,6 +229,7 @@ pub fn box_quadratic(
     let mut x = bounds.clamp(&DVector::zeros(n));
     let mut free: Vec<bool> = (0..n)
         .map(|i| {
+            // Held from the start is what lies on a bound and is pushed outwards.
             let at_lower = x[i] <= bounds.lower[i] && gradient[i] >= 0.0;
             let at_upper = x[i] >= bounds.upper[i] && gradient[i] <= 0.0;
             bounds.lower[i] < bounds.upper[i] && !at_lower && !at_upper
@@ -234,6 +242,7 @@ pub fn box_quadratic(
         x = bounds.clamp(&(&x + &step * length));
         if let Some(i) = blocking {
             free[i] = false;
+            // On the bound to the last bit, so that the comparisons with it hold.
             x[i] = if step[i] > 0.0 { bounds.upper[i] } else { bounds.lower[i] };
             continue;
         }
@@ -261,6 +270,7 @@ fn newton_step(
     let free: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
     let reduced = DMatrix::from_fn(free.len(), free.len(), |i, j| hessian[(free[i], free[j])]);
     let right = DVector::from_fn(free.len(), |i, _| -slope[free[i]]);
+    // `None` where rounding has left the block indefinite; the caller keeps its x.
     let solution = reduced.cholesky()?.solve(&right);
     let mut step = DVector::zeros(slope.len());
     for (i, value) in free.iter().zip(solution.iter()) {
@@ -274,6 +284,7 @@ fn feasible_length(x: &DVector<f64>, step: &DVector<f64>, bounds: &Bounds) -> (f
     let mut shortest = (1.0, None);
     for i in 0..x.len() {
         let room = if step[i] > 0.0 { bounds.upper[i] - x[i] } else { bounds.lower[i] - x[i] };
+        // An open side has infinite room and never blocks.
         if step[i] != 0.0 && room / step[i] < shortest.0 {
             shortest = (room / step[i], Some(i));
         }
@@ -289,6 +300,7 @@ fn wrong_multiplier(
     bounds: &Bounds,
 ) -> Option<usize> {
     let held = (0..x.len()).filter(|i| !free[*i] && bounds.lower[*i] < bounds.upper[*i]);
+    // At a minimum the sum rises inwards: slope ≥ 0 at a lower bound, ≤ 0 at an upper one.
     let pulls = held.map(|i| (i, if x[i] <= bounds.lower[i] { -slope[i] } else { slope[i] }));
     let pulled = pulls.filter(|(_, pull)| *pull > 0.0);
     pulled.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)

@@ -27,6 +27,7 @@ pub struct OctaveTable {
 
 /// The number of the quarter octave that x lies in: its leading bits.
 fn number(x: f64) -> u64 {
+    // The bits of x ≥ 0 are ordered as x is, so neighbouring pieces have consecutive numbers.
     x.to_bits() >> PLACE_BITS
 }
 
@@ -40,6 +41,7 @@ impl OctaveTable {
     #[must_use]
     pub fn new([low, high]: [f64; 2], mut function: impl FnMut(f64) -> f64) -> Self {
         let first = number(low);
+        // One octave piece at least, also where `high` is below `low`.
         let end = number(high).max(first) + 1;
         let start = border(first);
         let fit = interpolation::<ORDER>();
@@ -60,9 +62,11 @@ impl OctaveTable {
             (0, 2.0 * x / self.start - 1.0)
         } else {
             // The bits below the piece's number, as those of a number in [1, 2).
+            // Shifted out are the sign, the eleven bits of the exponent and those of the piece.
             let place = (bits << (FINENESS + 12)) >> 12 | 1.0_f64.to_bits();
             ((bits >> PLACE_BITS) - self.first + 1, 2.0 * f64::from_bits(place) - 3.0)
         };
+        // A NaN or infinite x has larger bits than any piece: `None`.
         let coefficients = self.pieces.get(piece as usize)?;
         Some(coefficients.iter().rev().fold(0.0, |sum, c| sum * v + c))
     }

@@ -33,6 +33,7 @@ impl Deviation {
     #[must_use]
     pub fn of(stored: &dyn Reflectance, exact: &dyn Reflectance) -> Option<Self> {
         let (mut f, mut g) = (vec![[0.0; 3]; PAIRS], vec![[0.0; 3]; PAIRS]);
+        // A fixed sequence: the figures of a file are the same in every run.
         let pairs: Vec<[DVec3; 2]> = (0..).filter_map(pair).take(PAIRS).collect();
         stored.eval_all(&pairs, &mut f);
         exact.eval_all(&pairs, &mut g);
@@ -54,6 +55,7 @@ impl Deviation {
 fn relative_error(f: [f64; 3], g: [f64; 3]) -> Option<f64> {
     let off = [0, 1, 2].map(|c| (f[c] - g[c]).abs());
     let sum = g.iter().sum::<f64>();
+    // A pair that one of the two does not have is no error of the table.
     let known = f.iter().chain(&g).all(|x| x.is_finite());
     (known && sum > 0.0).then(|| off.iter().sum::<f64>() / sum)
 }

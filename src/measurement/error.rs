@@ -19,10 +19,10 @@ pub enum Problem {
     /// The system cannot read it.
     #[error("cannot be read: {0}")]
     Unreadable(#[from] io::Error),
-    /// No byte in it.
+    /// A file without a byte.
     #[error("the file is empty")]
     Empty,
-    /// Neither of the formats.
+    /// None of the formats.
     #[error(
         "not a measurement; readable are MERL .binary, RGL .bsdf (RGB, isotropic) and .csv of samples"
     )]
@@ -102,7 +102,7 @@ pub enum RowProblem {
         /// The text found.
         found: String,
     },
-    /// A direction that is none, or not above the surface.
+    /// A direction that is zero, not finite or not above the surface.
     #[error("{0} does not point above the surface; leave out rows at and below the horizon")]
     Direction(&'static str),
     /// A reflectance below 0.
@@ -112,7 +112,7 @@ pub enum RowProblem {
     Negative {
         /// The column.
         column: &'static str,
-        /// The text found.
+        /// The value found.
         found: f64,
     },
 }
@@ -129,7 +129,7 @@ pub enum TensorProblem {
     /// More fields, names or dimensions than any such file has.
     #[error("{what} is {found}; at most {most} are readable")]
     Excess {
-        /// Of what.
+        /// The quantity that is too large.
         what: &'static str,
         /// The size.
         found: u64,

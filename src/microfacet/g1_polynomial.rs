@@ -1,5 +1,5 @@
-//! G1 as one polynomial, for straight loops: a few fused operations in registers, where a table would
-//! have to gather.
+//! G1 as one polynomial, for straight loops: a few fused operations in registers, where a table
+//! would have to gather.
 
 use crate::math::chebyshev::{nodes, powers, series};
 use crate::math::direction::cot_of_cos;
@@ -9,8 +9,8 @@ use crate::math::direction::cot_of_cos;
 /// # Derivation
 ///
 /// With s near lim cosθ/G1 at grazing, u rises as G1 does there and both tend to 1; the ratio P is
-/// smooth on the scale of the widest lobe that masks, so that its Chebyshev series over the range of
-/// u is short. v = G1/cosθ = P(u)/(c + s) stays finite down to the horizon.
+/// smooth on the scale of the widest lobe that masks, so that its Chebyshev series over the range
+/// of u is short. v = G1/cosθ = P(u)/(c + s) stays finite down to the horizon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct G1Polynomial {
     /// s.
@@ -22,8 +22,9 @@ pub struct G1Polynomial {
 }
 
 impl G1Polynomial {
-    /// The polynomial through `g1`, a function of cotθ, at `N` nodes from the horizon to cosθ = `end`,
-    /// without the last coefficients that together change it by less than `accuracy` of it.
+    /// The polynomial through `g1`, a function of cotθ, at `N` nodes from the horizon to
+    /// cosθ = `end`, without the last coefficients, which together change it by less than
+    /// `accuracy` of it.
     #[must_use]
     pub fn new<const N: usize>(
         g1: impl Fn(f64) -> f64,
@@ -36,9 +37,11 @@ impl G1Polynomial {
         let last = end / (end + scale);
         let values = nodes::<N>().map(|t| {
             let u = 0.5 * (t + 1.0) * last;
+            // The inverse of u = c/(c + s).
             let c = (scale * u / (1.0 - u).max(f64::MIN_POSITIVE)).clamp(GRAZING * scale, 1.0);
             g1(cot_of_cos(c)) * (c + scale) / c
         });
+        // T_j is at most 1, so a share of the smallest P bounds the relative change everywhere.
         let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
         let coefficients = powers(needed(&series(values), accuracy * smallest));
         Self { scale, stretch: 2.0 / last, coefficients }

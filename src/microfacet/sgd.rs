@@ -30,6 +30,7 @@ impl SgdNdf {
     /// The distribution of shape `alpha` > 0, `p` ≥ 0.
     #[must_use]
     pub fn new(alpha: f64, p: f64) -> Self {
+        // K = 1/(α Γ(1−p, α)) by way of eᵅE_p(α), which has no pole and cannot underflow.
         let scaled_e_p = scaled_exponential_integral(p, alpha);
         Self { alpha, p, peak: 1.0 / (PI * alpha * alpha * scaled_e_p) }
     }
@@ -37,7 +38,7 @@ impl SgdNdf {
     /// The normalisation K = 1/(α Γ(1−p, α)) of the published table.
     #[must_use]
     pub fn k(&self) -> f64 {
-        // K = π P22(0)/π · e^α α^p, from the definition at x = 0.
+        // P22(0) = K e^{−α} α^{−p}, the definition at x = 0, and the peak is P22(0)/π.
         PI * self.peak * self.alpha.exp() * self.alpha.powf(self.p)
     }
 
@@ -68,6 +69,7 @@ impl SgdNdf {
     /// D·cos⁴θ = P22(x)/π at x = tan²θ.
     #[must_use]
     pub fn slope_density(&self, tan2_theta: f64) -> f64 {
+        // At x = ∞ the power is 0, or for p = 0 a NaN from 0·∞: hence the test of the decay.
         let decay = (-tan2_theta / self.alpha).exp();
         let power = (-self.p * (tan2_theta / self.alpha / self.alpha).ln_1p()).exp();
         if decay == 0.0 { 0.0 } else { self.peak * decay * power }
@@ -217,6 +219,7 @@ impl Distribution for Sgd {
 #[must_use]
 pub fn tuned_ggx_width(ndf: &SgdNdf) -> f64 {
     const NODES: usize = 64;
+    /// x/α at which S² has fallen by e^{−80}.
     const LARGEST_DECAY: f64 = 40.0;
     let alpha2 = ndf.alpha() * ndf.alpha();
     // v = ln(1 + x/α²) resolves the peak and the tail alike.
@@ -225,7 +228,9 @@ pub fn tuned_ggx_width(ndf: &SgdNdf) -> f64 {
     for node in gauss_legendre(NODES) {
         let v = end * node.x;
         let x = alpha2 * v.exp_m1();
+        // The peak cancels in M_2/M_0, as do the factors of dx that are constant.
         let s = ndf.slope_density(x) / ndf.peak();
+        // dx = α² e^v dv.
         let weight = s * s * v.exp() * node.weight;
         m0 += weight;
         m2 += weight * x * x;

@@ -24,9 +24,8 @@ use crate::microfacet::{BeckmannMixture, G1Table};
 /// since ∫ P22 (t x − 1)₊ = Λ and 1 − G1 = G1 Λ. The rest, a twentieth of the draws over the
 /// hemisphere, comes from one component of the Beckmann mixture.
 ///
-/// Slopes of P22 have their squared length x from e = −ln S(x), S the share of slopes that are
-/// longer; e is the logarithm of a uniform number, x(e) a table
-/// within 2e-7.
+/// The squared length x of a slope of P22 follows from e = −ln S(x), S the share of slopes that are
+/// longer: S is uniform, and x(e) is a table within a relative 2e-7.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VisibleNormals {
     g1: G1Table,
@@ -58,6 +57,7 @@ impl VisibleNormals {
         let cot = cot_theta(wo);
         let across = DVec2::new(wo.x, wo.y);
         let towards = across.try_normalize().unwrap_or(DVec2::X);
+        // With probability G1 a mirrored slope; what is left of `choice` is uniform again.
         let slope = if choice < g1 {
             self.mirrored(cot, [choice / g1, u, v])
         } else {
@@ -69,9 +69,11 @@ impl VisibleNormals {
 
     /// A slope of P22, its x mirrored to point towards the viewer where that is due.
     fn mirrored(&self, cot: f64, [mirror, u, v]: [f64; 3]) -> DVec2 {
+        // 1 − u, unlike u, is never 0.
         let length = self.squared_slope.at(-(-u).ln_1p()).sqrt();
         let (sin, cos) = (TAU * v).sin_cos();
         let x = length * cos;
+        // mirror < t |x|, without the division by cot = 1/t, which is 0 at grazing.
         DVec2::new(if mirror * cot < -x { -x } else { x }, length * sin)
     }
 
@@ -86,6 +88,7 @@ impl VisibleNormals {
     #[must_use]
     pub fn beyond(&self, cot: f64, lambda: f64, [choice, u, v]: [f64; 3]) -> DVec2 {
         let (alpha, place) = self.mixture.masking_width(cot, lambda, choice);
+        // One coordinate of Box and Muller's pair, of density e^{−s²}/√π.
         let across = (-(-place).ln_1p()).sqrt() * (TAU * v).cos();
         alpha * DVec2::new(masking_slope(cot / alpha, u), across)
     }
@@ -104,11 +107,13 @@ impl VisibleNormals {
 fn masking_slope(a: f64, u: f64) -> f64 {
     const MAX_STEPS: usize = 30;
     const ENOUGH: f64 = 1e-9;
+    // a < 28, where Λ ends: q(a), about 1/(2a²), keeps twelve digits.
     let (e, q_a) = (-(-u).ln_1p(), q(a, a));
     let mut d = e.sqrt();
     for _ in 0..MAX_STEPS {
         let q_s = q(a, a + d);
         let excess = d * (2.0 * a + d) - (q_s / q_a).ln() - e;
+        // The slope is 2d/q(s), since q′ = 2s q − 2d.
         let step = excess * q_s / (2.0 * d);
         // Rounding may be all that is left of the excess; it is not a number at d = 0.
         if step.is_nan() || step <= 0.0 {
@@ -141,6 +146,7 @@ impl SquaredSlope {
         let rates: Vec<_> =
             mixture.components().iter().map(|c| (c.weight, 1.0 / (c.alpha * c.alpha))).collect();
         let [narrowest, _] = mixture.widths();
+        // Below, even the narrowest component has not decayed: x/e is smooth, one piece suffices.
         let core = longer(&rates, narrowest * narrowest)[0].max(f64::MIN_POSITIVE);
         let steepest = longer(&rates, 0.0)[1];
         let mut last = [0.0, 0.0, steepest];
@@ -180,6 +186,7 @@ fn inverse(rates: &[(f64, f64)], e: f64, last: [f64; 3], steepest: f64) -> [f64;
     const ENOUGH: f64 = 1e-13;
     let [mut x, mut found, mut slope] = last;
     for _ in 0..MAX_STEPS {
+        // A concave curve lies below its tangent at 0, so x ≥ e/steepest: never below 0.
         let next = (x + (e - found) / slope).max(e / steepest);
         let done = (next - x).abs() <= ENOUGH * next;
         x = next;

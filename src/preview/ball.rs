@@ -35,6 +35,7 @@ pub fn normal_at(x: f64, y: f64) -> Option<DVec3> {
 /// A shading frame whose third axis is the unit `normal` (Duff et al. 2017).
 #[must_use]
 pub fn frame(normal: DVec3) -> DMat3 {
+    // Each hemisphere has a form of its own, so that nothing is divided by 0 at ∓z.
     let sign = 1.0_f64.copysign(normal.z);
     let a = -1.0 / (sign + normal.z);
     let b = normal.x * normal.y * a;
@@ -47,6 +48,7 @@ pub fn frame(normal: DVec3) -> DMat3 {
 #[must_use]
 pub fn pixel_centre(size: usize, column: usize, row: usize) -> [f64; 2] {
     let [x, y] = [column, row].map(|index| 2.0 * (index as f64 + 0.5) / size as f64 - 1.0);
+    // Rows run downwards, y upwards.
     [x, -y]
 }
 

@@ -17,8 +17,10 @@ const WHITE: f64 = 4.0;
 /// (Reinhard et al. 2002, equation 4).
 #[must_use]
 pub fn tone_map(rgb: [f64; 3]) -> [f64; 3] {
+    // f, and with it Y, is below 0 where a published F is; 1 + Y must stay positive.
     let y = luminance(rgb).max(0.0);
     let scale = (1.0 + y / (WHITE * WHITE)) / (1.0 + y);
+    // One scale for all channels keeps the hue until one of them clips.
     rgb.map(|c| (c * scale).clamp(0.0, 1.0))
 }
 

@@ -15,13 +15,13 @@ use crate::preview::environment::{Arriving, Environment};
 use crate::preview::film::{Film, Pixel};
 use crate::preview::shape::{Hit, Shape};
 
-/// The work that a picture is.
+/// How large a picture is and how much work goes into it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quality {
     /// Width and height in pixels.
     pub size: usize,
     /// Directions to the light per pixel, rounded up to a multiple of [`DIRECTIONS`]; at least two
-    /// points of a pixel are looked at, so that its noise can be told.
+    /// points of a pixel are looked at, so that its noise can be estimated.
     pub samples: usize,
     /// The same seed gives the same picture, on any number of threads.
     pub seed: u64,
@@ -82,6 +82,7 @@ pub fn render<const MODELS: usize>(
     let rows: Vec<Vec<[Seen; MODELS]>> = (0..quality.size)
         .into_par_iter()
         .map(|row| {
+            // One memory for all pixels of a row.
             let mut paths = Paths::default();
             let seen =
                 (0..quality.size).map(|column| view.pixel(column, row, &mut paths)).collect();
@@ -90,6 +91,7 @@ pub fn render<const MODELS: usize>(
         })
         .collect();
     std::array::from_fn(|model| {
+        // Summed row by row in order, so that the noise has the same bits on any number of threads.
         develop(quality.size, rows.iter().flatten().map(|seen| seen[model]))
     })
 }
@@ -125,10 +127,12 @@ pub fn drawn_like(reflectance: &dyn Reflectance) -> Sampler {
 fn logarithms(reflectance: &dyn Reflectance) -> Vec<f64> {
     const COUNT: i32 = 24;
     let values = (0..COUNT).map(|i| {
+        // Squared: denser near the normal, where sharp lobes differ.
         let theta_h = 1.4 * (f64::from(i) / f64::from(COUNT)).powi(2);
         let (h, aside) = (spherical(theta_h, 0.0), DVec3::new(0.0, 0.3, 0.0));
         let [wi, wo] = [h + aside, h - aside].map(DVec3::normalize);
         let grey = reflectance.eval(wi, wo).iter().sum::<f64>() / 3.0;
+        // f is 0 or negative where a curve F is.
         grey.max(1e-6).ln()
     });
     values.collect()
@@ -175,10 +179,12 @@ struct Paths {
 impl<const MODELS: usize> View<'_, MODELS> {
     fn pixel(&self, column: usize, row: usize, paths: &mut Paths) -> [Seen; MODELS] {
         let index = (row * self.quality.size + column) as u64;
-        // A stream for each pixel: threads may take pixels in any order.
+        // A stream for each pixel: its directions do not depend on the thread that draws them.
         let mut rng = Pcg64Mcg::seed_from_u64(self.quality.seed ^ (index + 1).wrapping_mul(STREAM));
+        // A standard error takes two.
         let points = self.quality.samples.div_ceil(DIRECTIONS).max(2);
         paths.clear();
+        // A random start for each pixel turns the regularity of one sequence into noise.
         let start = Start { point: rng.random(), light: rng.random(), surface: rng.random() };
         for point in 0..points {
             let [x, y] = self.picture_point(column, row, spread(start.point, R2, point));
@@ -201,6 +207,7 @@ impl<const MODELS: usize> View<'_, MODELS> {
         let to_world = frame(hit.normal);
         let to_local = to_world.transpose();
         let Some(surface) = self.surface.towards(to_local * TO_VIEWER) else { return };
+        // On from the last point: the sequences fill the whole pixel evenly, not each point.
         for index in point * (DIRECTIONS / 2)..(point + 1) * (DIRECTIONS / 2) {
             let lamp = self.environment.sample(spread(start.light, R2, index));
             self.connect(hit, &surface, to_local * lamp.direction, lamp, paths);
@@ -222,6 +229,7 @@ impl<const MODELS: usize> View<'_, MODELS> {
         if !above_horizon(wi) || self.shape.shadows(hit, lamp.direction) {
             return;
         }
+        // Both strategies count, whichever drew wi: the balance heuristic.
         let density = 0.5 * (lamp.pdf + surface.pdf(wi));
         paths.pairs.push([wi, surface.wo()]);
         paths.light.push(lamp.radiance.map(|radiance| radiance * wi.z / density));
@@ -242,6 +250,7 @@ impl Paths {
         }
         self.f.resize(self.pairs.len(), [0.0; 3]);
         model.eval_all(&self.pairs, &mut self.f);
+        // Paths of one point are correlated; points are what the variance is taken over.
         let ends = self.points.iter().skip(1).copied().chain([self.pairs.len()]);
         let (mut sum, mut squares) = (DVec3::ZERO, 0.0);
         for (start, end) in self.points.iter().copied().zip(ends) {
@@ -253,6 +262,7 @@ impl Paths {
         let points = self.points.len() as f64;
         let mean = sum / points;
         let spread = squares / points - luminance(mean.to_array()).powi(2);
+        // The difference of squares may round below 0.
         let variance = spread.max(0.0) / (points - 1.0).max(1.0);
         Seen { pixel: Pixel { rgb: mean.to_array(), alpha }, variance }
     }
@@ -261,6 +271,7 @@ impl Paths {
     fn reflected(&self, start: usize, end: usize) -> DVec3 {
         let paths = self.f[start..end].iter().zip(&self.light[start..end]);
         let sum: DVec3 = paths.map(|(f, light)| DVec3::from(*f) * DVec3::from(*light)).sum();
+        // Directions below the horizon or in shadow have no path and count as 0.
         sum / DIRECTIONS as f64
     }
 }

@@ -34,6 +34,7 @@ fn laws(audits: &[Audit]) -> String {
                 .filter(move |c| c.law == law)
                 .map(move |c| (name, channel.channel, c))
         });
+        // A law that no channel was checked for: the printed constants of other materials.
         let Some((name, channel, worst)) =
             checks.max_by(|a, b| a.2.deviation.total_cmp(&b.2.deviation))
         else {
@@ -142,6 +143,7 @@ fn half_floats(audits: &[Audit]) -> String {
         };
         let overflowing = match overflowing.len() {
             0 => "none".to_owned(),
+            // More names than this would not fit a cell of the table.
             1..=8 => overflowing.join(", "),
             many => format!("{many} channels"),
         };

@@ -78,6 +78,7 @@ impl Yardstick {
         for (i, [wi, _]) in self.pairs.iter().enumerate() {
             for (c, f) in f[i].iter().enumerate() {
                 let error =
+                    // Without the floor a channel that reflects nothing would give 0/0.
                     (f - self.exact[i][c]).abs() * wi.z / self.largest[i][c].max(f64::MIN_POSITIVE);
                 // NaN counts as the largest error.
                 if error.total_cmp(&max).is_gt() {

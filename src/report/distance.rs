@@ -112,6 +112,7 @@ impl Reference {
     fn residual(&self, metric: Metric, c: usize, values: &[[[f64; 3]; 2]]) -> f64 {
         let (mut off, mut total) = (0.0, 0.0);
         for ((pair, measured), found) in self.pairs.iter().zip(&self.f).zip(values) {
+            // A measurement may have a value one way round only.
             for side in (0..2).filter(|side| !measured[*side][c].is_nan()) {
                 let [exact, found] =
                     [measured, found].map(|f| metric.transform(f[side][c], pair.cos_theta[side]).0);
@@ -184,7 +185,7 @@ impl Picture {
     fn new(measured: &dyn Reflectance, pixels: Vec<Pixel>) -> Self {
         let seen = pixels.into_iter().filter_map(|pixel| {
             let radiance = pixel.radiance(measured);
-            // A pixel that was not measured whole has no colour to compare with.
+            // A pixel with a gap in the measurement is left out for every model.
             radiance.iter().all(|x| x.is_finite()).then(|| (pixel, lab(radiance)))
         });
         let (pixels, seen) = seen.unzip();
@@ -215,6 +216,7 @@ impl Pixel {
 
 /// CIELAB of a radiance relative to white, clipped at white.
 fn lab(radiance: [f64; 3]) -> Lab<D65, f64> {
+    // A display shows no more, and a fit may be negative.
     let [r, g, b] = radiance.map(|x| x.clamp(0.0, 1.0));
     LinSrgb::new(r, g, b).into_color()
 }
@@ -251,6 +253,7 @@ fn under_sun(sun: DVec3) -> impl Iterator<Item = Pixel> {
 fn under_area_light(light: DVec3) -> impl Iterator<Item = Pixel> {
     let near = HIGHLIGHT.to_radians().cos();
     let h = (light + TO_VIEWER).normalize();
+    // cosθi > 0.1 is 5.7° above the horizon: the whole light, of 4° radius, is visible.
     let lit = normals().filter(move |n| n.dot(light) > 2.0 * LIT && n.dot(h) > near);
     lit.map(move |normal| {
         let to_local = frame(normal).transpose();
@@ -264,6 +267,7 @@ fn under_area_light(light: DVec3) -> impl Iterator<Item = Pixel> {
 /// Points spread evenly over a disc about a direction (a sunflower's).
 fn disc(centre: DVec3) -> impl Iterator<Item = DVec3> {
     let to_world = frame(centre);
+    // Turns of the golden section, and radii by the root of the area within.
     let golden = TAU * (0.5 * (5.0_f64.sqrt() - 1.0));
     (0..LIGHT_POINTS).map(move |i| {
         let radius = LIGHT_RADIUS.to_radians() * ((i as f64 + 0.5) / LIGHT_POINTS as f64).sqrt();

@@ -78,6 +78,7 @@ impl Moments {
     /// The moments of two sets of draws together (Chan, Golub and LeVeque 1983).
     fn with(self, other: Self) -> Self {
         let count = self.count + other.count;
+        // Sums of squares would cancel where the mean is large against the spread.
         let difference = other.mean - self.mean;
         Self {
             count,
@@ -122,7 +123,7 @@ fn moments(draw: Draw<'_>, n: u64, seed: u64) -> [Moments; 3] {
 /// The moments of the draws in a range of the stream.
 fn chunk_moments(draw: Draw<'_>, range: std::ops::Range<u64>, seed: u64) -> [Moments; 3] {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    // Three numbers a draw: the chunk starts where the one before it ends.
+    // Each draw takes three numbers of the stream.
     rng.advance(3 * u128::from(range.start));
     range.fold([Moments::default(); 3], |moments, _| {
         let values = draw(rng.random());

@@ -1,4 +1,4 @@
-//! What a measurement keeps and what it breaks: coverage, noise, reciprocity and energy.
+//! The audit of a measurement: coverage, noise, reciprocity and energy.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -49,7 +49,7 @@ pub struct Band {
 /// The directional albedo of one channel.
 #[derive(Clone, Debug, Serialize)]
 pub struct Energy {
-    /// Which channel.
+    /// The channel.
     pub channel: Channel,
     /// ∫ f cosθi dωi against θo, what was not measured counted as 0.
     pub albedo: Vec<AlbedoAt>,
@@ -63,7 +63,7 @@ const BANDS: [f64; 5] = [0.0, 30.0, 60.0, 80.0, 90.0];
 /// Angles of the albedo \[degrees\].
 const ALBEDO_ANGLES: [f64; 9] = [0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0];
 
-/// Most samples that the spread is computed of.
+/// The most samples that the spread is computed from.
 const MOST_SAMPLES: usize = 60_000;
 
 /// The audit of a measurement.
@@ -72,12 +72,14 @@ pub fn audit_measured(name: &str, measurement: &Measurement) -> MeasuredAudit {
     let (samples, solid_angle) = measurement
         .samples()
         .fold((0, 0.0), |(count, sum), sample| (count + 1, sum + sample.weight));
+    // Every n-th of the file, so that all elevations are met.
     let step = samples / MOST_SAMPLES + 1;
     let looked_at: Vec<Sample> = measurement.samples().step_by(step).collect();
     MeasuredAudit {
         measurement: name.to_owned(),
         format: measurement.format(),
         samples,
+        // Two hemispheres of 2π each; the sum of the weights may round above them.
         coverage: (solid_angle / (TAU * TAU)).min(1.0),
         bands: BANDS
             .windows(2)
@@ -104,12 +106,14 @@ fn band(measurement: &Measurement, samples: &[Sample], from_deg: f64, to_deg: f6
 
 /// The larger of θi and θo \[degrees\].
 fn elevation_deg(sample: &Sample) -> f64 {
+    // The lower direction has the larger angle.
     sample.wi.z.min(sample.wo.z).clamp(0.0, 1.0).acos().to_degrees()
 }
 
 /// |f(wi, wo) − f(wo, wi)| relative to their mean; none where one was not measured, or both are 0.
 fn asymmetry(reflectance: &dyn Reflectance, wi: DVec3, wo: DVec3) -> Option<f64> {
     let [a, b] = [(wi, wo), (wo, wi)].map(|(wi, wo)| reflectance.eval(wi, wo).iter().sum::<f64>());
+    // False for a NaN, too.
     (a + b > 0.0).then(|| 2.0 * (a - b).abs() / (a + b))
 }
 
@@ -145,6 +149,7 @@ fn albedo(reflectance: &dyn Reflectance, wo: DVec3) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for ring in 0..RINGS {
         let u = (ring as f64 + 0.5) / RINGS as f64;
+        // Squared, so that rings are dense where a sharp lobe is.
         let theta_h = FRAC_PI_2 * u * u;
         // sinθh dθh dφh, dθh = π u du.
         let solid_angle = theta_h.sin() * PI * u / RINGS as f64 * TAU / AZIMUTHS as f64;

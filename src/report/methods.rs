@@ -207,6 +207,7 @@ fn baked(
 
 fn tables(material: &Material, width: usize, depth: Depth) -> Result<Vec<Method>, BakeError> {
     const FACTORS: [Quantity; 3] = [Quantity::Ndf, Quantity::Masking, Quantity::Fresnel];
+    // One bake serves both lookups, and counts for each.
     let start = Instant::now();
     let baked = baked(material, &FACTORS, width, depth)?;
     let preparation = start.elapsed();
@@ -236,8 +237,8 @@ fn volume(material: &Material, size: usize) -> Result<Option<Method>, BakeError>
 }
 
 fn fits(material: &Material, effort: Effort) -> Vec<Method> {
-    // ρd of each colour, ρs, f0, f1 of each colour of a lobe; a width and its weights per component.
     let lobes = material.lobes().len();
+    // Base colour, metallic, roughness, specular factor and colour, clearcoat and its roughness.
     let gltf = Method::new("glTF", MethodFamily::Fit, numbers(11), || {
         pair_by_pair(gltf::fit(material).material)
     });
@@ -249,6 +250,7 @@ fn fits(material: &Material, effort: Effort) -> Vec<Method> {
     });
     let mixtures = effort.component_counts().iter().map(|count| {
         let name = format!("{count} Beckmann");
+        // In place of α and p of each lobe: shared widths, and a weight of each width per lobe.
         let bytes = numbers(exact_parameters(material) - 2 * lobes + (1 + lobes) * count);
         Method::new(&name, MethodFamily::Fit, bytes, || {
             let mixture = mixture::best_picture(material, *count);
@@ -296,6 +298,7 @@ impl Method {
             Evaluator::PairByPair(reflectance) => {
                 let mut f = vec![[0.0; 3]; pairs.rows.len()];
                 Box::new(move || {
+                    // Opaque pairs and a result that is looked at: nothing is hoisted or dropped.
                     reflectance.eval_all(std::hint::black_box(&pairs.rows), &mut f);
                     std::hint::black_box(&f);
                 })
@@ -328,6 +331,7 @@ const PAIRS: usize = 128;
 impl Hemisphere {
     pub(super) fn new() -> Self {
         let mut rng = Pcg64Mcg::seed_from_u64(1);
+        // Cosine-weighted, from a fixed seed: the same pairs for every method and in every run.
         let rows: Vec<[DVec3; 2]> = (0..PAIRS)
             .map(|_| [cosine_sample(rng.random()), cosine_sample(rng.random())])
             .collect();

@@ -5,6 +5,7 @@
 pub fn six_digits(number: f64) -> String {
     let magnitude = number.abs();
     if number == 0.0 || (1e-4..1e6).contains(&magnitude) {
+        // Five digits after the first significant one.
         let decimals = if number == 0.0 { 0 } else { 5 - magnitude.log10().floor() as i32 };
         let fixed = format!("{number:.*}", decimals.max(0) as usize);
         return trim_zeros(&fixed).to_owned();

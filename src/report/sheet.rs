@@ -1,5 +1,5 @@
-//! The numbers and pictures of a material sheet: what the paper's supplement prints of a material,
-//! and what the fits make of it, measured when the sheet is written.
+//! The numbers and pictures of a material sheet: those that the paper's supplement prints of a
+//! material, and those of the best fits, measured when the sheet is written.
 
 use crate::asset::{DirectFits, Distances, GltfAt, direct_fits_of};
 use crate::brdf::batch::SgdBatch;
@@ -36,7 +36,7 @@ pub struct Sheet<'a> {
     pub measured: Option<OfMeasurement<'a>>,
 }
 
-/// A measurement beside the models of a sheet.
+/// The measurement that the models of a sheet are compared with.
 pub struct OfMeasurement<'a> {
     /// Its values, NaN where there is none.
     pub reflectance: &'a dyn Reflectance,
@@ -92,6 +92,7 @@ impl<'a> Sheet<'a> {
     pub fn new(material: &'a Material, environment: &Environment) -> Self {
         let published = find(&material.name).ok().filter(|entry| entry.material == *material);
         let edition = Edition::of(material);
+        // The catalogue holds the fits to its own measurement; others are fitted to the material.
         let fits = direct_fits_of(material)
             .map_or_else(|| Fits::new(material), |direct| Fits::of_catalogue(material, direct));
         let mut pictures = Pictures::new(material, edition, &fits, environment);
@@ -123,7 +124,7 @@ impl<'a> Sheet<'a> {
         let sgd = evaluated(material);
         let mut distances = vec![("SGD", surface.distances(&sgd))];
         let mut pictures = Pictures::of_measurement(material, reflectance, &fits, environment);
-        // A measurement by the name of a catalogue material is beside the paper's fit.
+        // A measurement with the name of a catalogue material is compared with the paper's fit too.
         if let Some(published) = Edition::Published.material(&material.name) {
             let distance = surface.distances(&evaluated(published));
             distances.push((sgd_name(Edition::Published), distance));
@@ -245,6 +246,7 @@ impl Pictures {
         fits: &Fits,
         environment: &Environment,
     ) -> Self {
+        // A picture has no gaps: NaN would spread over its pixel.
         let (sgd, filled) = (SgdBatch::new(material, MaskingKind::Exact), Filled(measured));
         let [beckmann, ggx, gltf] = fits.reflectances();
         let models: [&dyn Reflectance; 5] = [&filled, &sgd, beckmann, ggx, gltf];
@@ -278,6 +280,7 @@ impl Pictures {
     ) {
         let Some(edited) = edition.material(&material.name) else { return };
         let sgd = SgdBatch::new(edited, MaskingKind::Exact);
+        // The sampler of the first pictures, so that both see the same directions.
         let surface = drawn_from(material);
         let [sgd] = render(&Shape::Ball, environment, &surface, [&sgd], QUALITY, &|| ());
         let picture = Picture::new(sgd_name(edition), sgd.film, &self.reference);

@@ -77,13 +77,14 @@ fn lobes(sheet: &Sheet<'_>, theta_deg: f64) -> [String; 3] {
 
 /// θo and ∛f of a channel, of θo and f of r, g, b.
 fn radius(values: &[f64; 4], channel: usize) -> [f64; 2] {
+    // f is negative where a published F is.
     [values[0], values[channel + 1].max(0.0).cbrt()]
 }
 
 /// (θo, f of r, g, b) through the plane of incidence; negative θo on the light's side.
 fn plane_of_incidence(model: &dyn Reflectance, theta_i: f64, steps: i32) -> Vec<[f64; 4]> {
     let wi = spherical(theta_i, PI);
-    // Half steps keep clear of the horizon; the mirror direction is one of them.
+    // The ends stay one step short of the horizon, where f is 0.
     let angles = (-steps..=steps).map(|step| FRAC_PI_2 * f64::from(step) / f64::from(steps + 1));
     angles
         .map(|theta_o| {
@@ -104,6 +105,7 @@ fn fresnel(sheet: &Sheet<'_>) -> String {
         }));
     }
     let values = curves.iter().flat_map(|curve| &curve.points).map(|p| p[1]);
+    // At least [0, 1], so that leaving it is seen.
     let (low, high) = values.fold((0.0, 1.0), |(low, high), f| (f.min(low), f.max(high)));
     chart("Fresnel factor", "θd [°]", "F", Axis::linear("", low, high), curves)
 }
@@ -160,6 +162,7 @@ fn by_lobe(sheet: &Sheet<'_>, class: &str, curve: impl Fn(usize) -> Vec<[f64; 2]
 fn masking(sheet: &Sheet<'_>) -> String {
     let fitted = published_masking(sheet);
     let mut curves = by_lobe(sheet, " dashed", |j| angles(|c, s| fitted[j].g1(c / s)));
+    // Exact over fitted: the later curve lies on top.
     curves.extend(by_lobe(sheet, "", |j| angles(|c, s| sheet.sgd.lobes[j].g1(c / s))));
     chart("G1 · exact and, dashed, as fitted", "θ [°]", "G1", Axis::linear("", 0.0, 1.0), curves)
 }
@@ -170,6 +173,7 @@ fn masking_difference(sheet: &Sheet<'_>) -> String {
         angles(|cos, sin| fitted[j].g1(cos / sin) - sheet.sgd.lobes[j].g1(cos / sin))
     });
     let values = curves.iter().flat_map(|curve| &curve.points).map(|p| p[1].abs());
+    // An axis even where the two do not differ.
     let largest = values.fold(1e-4, f64::max);
     let y = Axis::linear("", -largest, largest);
     chart("G1 · fitted − exact", "θ [°]", "ΔG1", y, curves)

@@ -55,6 +55,7 @@ fn ball(rows: u32) -> Surface {
     for row in 0..=rows {
         for column in 0..=columns {
             let [u, v] = [column as f32 / columns as f32, row as f32 / rows as f32];
+            // At the seam u is 1, and φ 0 again: the same position to the last bit.
             let normal = direction(PI * v, TAU * (u % 1.0), row % rows == 0);
             ball.positions.push(normal);
             ball.normals.push(normal);
@@ -78,6 +79,7 @@ fn ball(rows: u32) -> Surface {
 
 /// The unit vector at polar angle `theta` from +y and azimuth `phi`; exactly ±y at a pole.
 fn direction(theta: f32, phi: f32, pole: bool) -> [f32; 3] {
+    // sin π is not 0 in f32.
     let sin = if pole { 0.0 } else { theta.sin() };
     [sin * phi.sin(), theta.cos(), sin * phi.cos()]
 }

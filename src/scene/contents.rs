@@ -80,7 +80,7 @@ pub struct SlotContent {
     pub used: bool,
 }
 
-/// A file whose contents cannot be told.
+/// Why the contents of a file cannot be listed.
 #[derive(Debug, thiserror::Error)]
 pub enum ContentsError {
     /// The file cannot be read.
@@ -130,6 +130,7 @@ impl Contents {
             return Err(ContentsError::Scene(SceneError::NotAFile));
         }
         let mut start = Vec::new();
+        // 12 bytes: the signature of KTX 2, the longest.
         fs::File::open(path)?.take(12).read_to_end(&mut start)?;
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
         if Format::of(&start).is_some() {
@@ -137,6 +138,7 @@ impl Contents {
             return Ok(Self::of_texture(&fs::read(path)?)?);
         }
         if ending.parse::<Format>().is_ok() {
+            // Named like a texture without its signature; the first bytes suffice for the error.
             return Ok(Self::of_texture(&start)?);
         }
         if ending == "json" {
@@ -168,6 +170,7 @@ impl Contents {
         let entry = read_entry(bytes)?;
         let materials = entry.rows.iter().enumerate().map(|(index, name)| MaterialContent {
             name: name.clone(),
+            // A texture without a row axis states the one row that it holds.
             row: Some(entry.row.unwrap_or(index)),
             slot: None,
         });
@@ -190,6 +193,7 @@ impl Contents {
                 Ok(extension) => {
                     let (name, row) = (extension.material.parameters.name, extension.material.row);
                     contents.materials.push(MaterialContent { name, row, slot });
+                    // Materials share textures, each with rows of its own.
                     for texture in extension.textures {
                         if !contents.textures.contains(&texture) {
                             contents.textures.push(texture);

@@ -39,6 +39,7 @@ impl Job<'_> {
                 self.pack_images()?;
                 self.pack_lookups(replaced)?;
             }
+            // Within one container everything stays where it is.
             _ => {}
         }
         if self.container == Container::Gltf && self.scene.rest.is_some() {
@@ -55,6 +56,7 @@ impl Job<'_> {
         }
         let length = buffer.byte_length.0;
         let pieces = self.draft.bin.take().unwrap_or_default();
+        // Without the padding of the chunk.
         let pieces = start(pieces, length);
         let name = self.name("bin");
         self.edit_member("buffers", 0, &[("uri", Some(quote(&percent_encode(&name))))])?;
@@ -75,15 +77,17 @@ impl Job<'_> {
             let bytes = match Resource::new(uri)? {
                 Some(resource) => self.read(&resource)?,
                 None if index == 0 => decode_data_uri(uri)?,
+                // A data URI may stay one: a .glb has room for one buffer only.
                 None => continue,
             };
-            // Views would reach into the bytes that follow it in the chunk.
+            // `check` measures files, not data URIs; and a file may have changed since.
             if bytes.len() < buffer.byte_length.0 {
                 let place = format!("buffers[{index}]");
                 let lengths = (buffer.byte_length.0, bytes.len());
                 let reason = format!("claims {} bytes, its data has {}", lengths.0, lengths.1);
                 return Err(SceneError::Invalid(place, reason));
             }
+            // A file may be longer; what the buffer does not claim is not part of the scene.
             let bytes = bytes.slice(0..buffer.byte_length.0);
             if index == 0 {
                 self.draft.bin = Some(vec![bytes]);
@@ -106,10 +110,12 @@ impl Job<'_> {
                 continue;
             };
             let mime = image.mime_type.clone().or_else(|| mime(&resource.path).map(Into::into));
+            // glTF requires a media type beside a buffer view.
             let mime = mime.ok_or_else(|| {
                 let reason = format!("{uri:?} has no mimeType, and its ending tells none");
                 SceneError::Invalid(format!("images[{index}]"), reason)
             })?;
+            // Several images may name one file.
             let view = match views.get(&resource.path) {
                 Some(view) => *view,
                 None => {
@@ -123,8 +129,8 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// The image of a data URI becomes a buffer view too: a .glb should hold none. What is no such
-    /// image stays as it is.
+    /// The image of a data URI becomes a buffer view too: a .glb should hold none. Anything
+    /// else stays as it is.
     fn pack_data_image(
         &mut self,
         index: usize,
@@ -159,6 +165,7 @@ impl Job<'_> {
                     let mime = mime(&resource.path).unwrap_or("application/octet-stream");
                     places.insert(uri, (self.draft.embed(bytes)?, mime));
                 }
+                // The glTF material shows without them, so the export goes on.
                 Err(problem) => self.warnings.push(problem.to_string()),
             }
         }

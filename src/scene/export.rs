@@ -46,6 +46,7 @@ impl Job<'_> {
                     })?;
                 }
                 SlotId::Unassigned => {
+                    // The new material goes last, so that no index changes.
                     let material = material::replace("{}", asset, textures, mark)?;
                     let index = self.draft.append("materials", material)?;
                     self.assign_bare_primitives(index)?;

@@ -39,6 +39,7 @@ impl<'s> Job<'s> {
         let mut job = Self {
             scene,
             container,
+            // Other files are named after the target, and addresses must be UTF-8.
             stem: target.file_stem().and_then(OsStr::to_str).unwrap_or("scene").to_owned(),
             folder: target.parent().unwrap_or(Path::new("")).to_owned(),
             draft: Draft::new(&scene.text, scene.bin.as_ref())?,
@@ -54,6 +55,7 @@ impl<'s> Job<'s> {
     /// Files of the scene that stay files are copied along, unless they lie there already.
     fn resources(&mut self, replaced: &BTreeSet<usize>) -> Result<(), SceneError> {
         let mut resources = self.scene.extension_files(replaced)?;
+        // Files that move into the .glb are not copied; those of unknown extensions stay files.
         if self.embeds() {
             let embedded = self.scene.lookups(replaced);
             resources.retain(|resource| !embedded.contains(&&*resource.uri));
@@ -61,7 +63,7 @@ impl<'s> Job<'s> {
             resources.extend(self.scene.resources()?);
         }
         let source = self.scene.folder();
-        // Two spellings may name one folder.
+        // A target folder that cannot be found is yet to be made, and so another one.
         let same = match (source.canonicalize(), self.folder().canonicalize()) {
             (Ok(source), Ok(target)) => source == target,
             _ => false,
@@ -73,6 +75,7 @@ impl<'s> Job<'s> {
                 let path = self.folder.join(&resource.path);
                 self.files.push(OutputFile { path, pieces, copy: true });
             }
+            // Even where the file lies there already: no texture may get its name.
             self.names.insert(resource.path);
         }
         Ok(())
@@ -117,7 +120,7 @@ impl<'s> Job<'s> {
 
     /// The extension's entry for a texture whose bytes are stored with the scene, once.
     fn attach(&mut self, texture: &Texture) -> Result<TextureEntry, SceneError> {
-        // Assets that share a texture share its allocation.
+        // The job keeps the bytes, so that no other texture comes to lie at this address.
         let bytes = Arc::as_ptr(&texture.bytes).cast::<u8>();
         let place = match self.stored.get(&bytes) {
             Some(place) => place.clone(),
@@ -156,6 +159,7 @@ impl<'s> Job<'s> {
 
     pub fn finish(mut self, target: &Path, assigned: bool) -> Result<Export, SceneError> {
         let (text, bin) = self.draft.finish()?;
+        // A document without an assignment comes out byte for byte.
         let text = if assigned { fingerprint::mark(text) } else { text };
         let pieces = match self.container {
             Container::Glb => glb::assemble(text, bin, self.scene.rest.clone())?,

@@ -9,11 +9,11 @@
 //! * In the material: `pbrMetallicRoughness` takes the fit's base colour (alpha stays), metallic
 //!   and roughness, and loses its two textures; extensions that describe reflection or
 //!   transmission go (KHR_materials_ior, _sheen, _transmission, …); KHR_materials_specular,
-//!   KHR_materials_clearcoat and [`EXTENSION`](crate::asset::EXTENSION) come; `extras.sgd` is set. The name, the normal,
-//!   occlusion and emissive textures, `alphaMode`, `doubleSided`, unknown extensions and other
-//!   extras stay.
-//! * In the document: `extensionsUsed`, and in a .glb the buffer views of the lookup textures, whose
-//!   bytes follow those of the BIN chunk.
+//!   KHR_materials_clearcoat and [`EXTENSION`](crate::asset::EXTENSION) come; `extras.sgd` is set.
+//!   The name, the normal, occlusion and emissive textures, `alphaMode`, `doubleSided`, unknown
+//!   extensions and other extras stay.
+//! * In the document: `extensionsUsed`, and in a .glb the buffer views of the lookup textures,
+//!   whose bytes follow those of the BIN chunk.
 
 mod assignment;
 mod ball;
@@ -146,6 +146,7 @@ impl Scene {
         progress: &mut dyn FnMut(u64),
     ) -> Result<Self, SceneError> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        // `Resource::locate` needs the canonical folder, and an empty path has none.
         let folder = if folder == Path::new("") { PathBuf::from(".") } else { folder };
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
         // Opening a pipe would wait for a writer.
@@ -154,6 +155,7 @@ impl Scene {
         }
         let mut start = Vec::new();
         fs::File::open(path)?.take(4).read_to_end(&mut start)?;
+        // The signature of a .glb counts before the name, which may end in .gltf or anything else.
         match &*ending {
             _ if Glb::is_glb(&start) => {
                 let Glb { json, bin, rest } = Glb::open(path)?;
@@ -182,6 +184,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let outline = Outline::read(&text)?;
         let scene = Scene { text, outline, source, bin, rest, warnings: Vec::new() };
+        // Addresses outside the folder are refused before `check` opens any of them.
         scene.resources()?;
         check::check(&scene)?;
         Ok(scene)
@@ -195,6 +198,7 @@ impl Scene {
     /// The number of each kind of thing.
     pub fn counts(&self) -> Counts {
         let outline = &self.outline;
+        // Counts are claims of the document, whose sum may exceed 64 bits.
         let triangles = self.slots().iter().fold(0u64, |n, slot| n.saturating_add(slot.triangles));
         Counts {
             meshes: outline.meshes.len(),
@@ -250,6 +254,7 @@ impl Scene {
     fn extension_files(&self, replaced: &BTreeSet<usize>) -> serde_json::Result<Vec<Resource>> {
         let mut uris = BTreeSet::new();
         let root = Pieces::object(&self.text)?;
+        // Buffers and images are in `resources`; of materials some are replaced.
         let apart = ["buffers", "images", "materials"];
         for (_, raw) in root.members().filter(|(key, _)| !apart.contains(key)) {
             take_uris(raw, &mut uris);

@@ -106,6 +106,7 @@ impl Material {
 
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct MaterialExtensions {
+    // `asset::EXTENSION`; the attribute takes a literal only.
     #[serde(rename = "SGD_materials_shifted_gamma")]
     pub sgd: Option<Value>,
 }
@@ -290,6 +291,7 @@ impl Outline {
         if !text.trim_start().starts_with('{') {
             return Err(refused("is not a JSON object"));
         }
+        // The version first: the arrays of glTF 2.0 are objects in 1.0, which fails less clearly.
         let version: Versioned = serde_json::from_str(text)?;
         version.asset.check()?;
         Ok(serde_json::from_str(text)?)
@@ -301,6 +303,7 @@ impl Outline {
         let count = accessor
             .and_then(|Index(index)| self.accessors.get(usize::try_from(index).ok()?))
             .map_or(0, |accessor| accessor.count.0);
+        // Modes of glTF: 4 for triangles, the default, 5 for strips, 6 for fans.
         match primitive.mode.map_or(4, |mode| mode.0) {
             4 => count / 3,
             5 | 6 => count.saturating_sub(2),

@@ -45,6 +45,7 @@ impl Scene {
                 material::restore(raw, &asset.material, textures, mark)
             })?;
         }
+        // The scene still has the extensions as they were read; only the draft is changed.
         for (index, extension) in self.measured() {
             let asset = assets.iter().find(|(restored, _)| *restored == index);
             if let Some(((_, asset), Ok(extension))) = asset.zip(Some(extension))
@@ -62,7 +63,7 @@ impl Scene {
     /// else, have.
     ///
     /// # Errors
-    /// Materials that are no valid JSON objects.
+    /// Materials that are not valid JSON objects.
     pub fn without_lookups(self, materials: &BTreeSet<usize>) -> Result<Self, SceneError> {
         self.without_content(&BTreeSet::new(), materials)
     }

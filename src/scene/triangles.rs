@@ -33,6 +33,7 @@ impl Scene {
         let scene = document.default_scene().or_else(|| document.scenes().next());
         let roots = scene.iter().flat_map(gltf::Scene::nodes);
         let mut nodes: Vec<(gltf::Node<'_>, DMat4)> = roots.map(|n| (n, DMat4::IDENTITY)).collect();
+        // A stack in place of recursion, as nodes may nest deeply; `check` has refused cycles.
         while let Some((node, parent)) = nodes.pop() {
             let place = parent * Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
             for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
@@ -79,7 +80,8 @@ fn append(
     let Some(positions) = reader.read_positions() else { return };
     let positions: Vec<DVec3> =
         positions.map(|p| place.transform_point3(Vec3::from(p).as_dvec3())).collect();
-    // A stretched mesh would tilt normals that turn as its corners do.
+    // The inverse transpose keeps normals perpendicular under uneven scaling. A transform without
+    // an inverse gives NaN, which becomes +z below.
     let to_normal = place.inverse().transpose();
     let normals: Option<Vec<DVec3>> = reader.read_normals().map(|normals| {
         let turned = normals.map(|n| to_normal.transform_vector3(Vec3::from(n).as_dvec3()));
@@ -107,6 +109,7 @@ fn index_triples(mode: Mode, indices: &[usize]) -> Vec<[usize; 3]> {
         Mode::TriangleStrip => indices
             .windows(3)
             .enumerate()
+            // Every other triangle of a strip runs the other way round.
             .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] })
             .collect(),
         Mode::TriangleFan => {

@@ -28,8 +28,8 @@ const ORDER: usize = 12;
 
 type Azimuth = [f32; AZIMUTH_NODES];
 
-/// The moments of one lobe by the rule of [`FresnelMoments`] with fewer nodes: at most [`NODES`] half
-/// vectors. Within 4e-5 of the moments, which are at most 1, for the published materials.
+/// The moments of one lobe by the rule of [`FresnelMoments`] with fewer nodes: at most [`NODES`]
+/// half vectors. Within 4e-5 of the moments, which are at most 1, for the published materials.
 ///
 /// The bits are those of every instruction set: all fuse their products and sums, in software where
 /// the machine cannot.
@@ -82,6 +82,7 @@ impl AlbedoBatch {
         let [whole, none] = view.radial_ends(self.alpha, LARGEST_DECAY);
         let Rule { lit, cut, .. } = &*RULE;
         let lit = self.part::<A, false, _>(lit, &view, 0.0, whole);
+        // At normal incidence, or where D has decayed before the horizon, no ring is cut.
         let none_cut = [0.0; 3];
         let cut =
             if whole < none { self.part::<A, true, _>(cut, &view, whole, none) } else { none_cut };
@@ -104,6 +105,7 @@ impl AlbedoBatch {
         let mut sums = [[0.0; AZIMUTH_NODES]; 3];
         for k in 0..N {
             let cos_o = view.cos as f32;
+            // The lowest wi of the ring is where nothing masks any more, so all of it is.
             if rings.base[k] >= self.g1.end {
                 rings.add::<A>(k, cos_o, |_, _| 1.0, &mut sums);
                 continue;
@@ -172,16 +174,20 @@ impl<const N: usize> Rings<N> {
             let v = A::mul_add(span, radial.x[k], low);
             // x/α² = eᵛ − 1, relatively exact at both ends.
             let ratio = exp2::<A>(LOG2_E * v) * -exp_m1::<A>(-v);
+            // P22 dx in one exponential: (1 + x/α²)^−p is e^{−pv}, and dx = α² eᵛ dv.
             let decay = A::mul_add(1.0 - lobe.p, v, -(alpha * ratio));
             let x = alpha * alpha * ratio;
             let length2 = 1.0 + x;
             let inv_length2 = 1.0 / length2;
+            // cosθi (1 + a²) of the ring lies between `lowest` and `lowest` + 2 `radius`.
             let radius = 2.0 * x.sqrt() * sin_o;
             let lowest = A::mul_add(cos_o, 1.0 - x, -radius);
             let highest = max(lowest + 2.0 * radius, 0.0);
             rings.base[k] = if CUT { 0.0 } else { max(lowest, 0.0) * inv_length2 };
             rings.swing[k] = (if CUT { highest } else { 2.0 * radius }) * inv_length2;
+            // At normal incidence 0/0, which `min` turns into 1.
             rings.lit[k] = if CUT { min(highest / (2.0 * radius), 1.0) } else { 1.0 };
+            // ½ √(1 + a²) of cosθd and √(1 + a²) of dωh are here; `add` has the sum of cosines.
             rings.weight[k] =
                 span * radial.weights[k] * exp2::<A>(LOG2_E * decay) * (0.5 * length2);
             rings.half_length[k] = 0.5 * length2.sqrt();
@@ -215,8 +221,8 @@ impl<const N: usize> Rings<N> {
 
 /// G1 of a lobe in f32: [`G1Polynomial`] up to where masking ends, 1 beyond.
 ///
-/// With s five times lim cosθ/G1 at grazing, a Beckmann lobe's G1 has most of its rise in the middle
-/// of u's range; twelve coefficients leave an absolute 1e-5 for every published lobe.
+/// With s five times lim cosθ/G1 at grazing, a Beckmann lobe's G1 has most of its rise in the
+/// middle of u's range; twelve coefficients leave an absolute 1e-5 for every published lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SingleG1 {
     /// s.
@@ -231,9 +237,11 @@ struct SingleG1 {
 
 impl SingleG1 {
     fn new(lobe: &Lobe<Sgd>) -> Self {
+        /// 1 to the rounding of f32.
         const UNMASKED: f64 = 1.0 - 1e-7;
         const STEP: f64 = 0.95;
         let scale = 5.0 * grazing_limit(|cot| lobe.g1(cot));
+        // The shorter the range, the more of the nodes lie where G1 rises.
         let mut end = 1.0;
         while end > 0.2 * scale && lobe.g1(cot_of_cos(STEP * end)) > UNMASKED {
             end *= STEP;
@@ -261,6 +269,7 @@ impl SingleG1 {
             return self.eval::<A>(cos);
         }
         let above = lit * cos2_psi;
+        // The lit share of dφ, as in `View::ring`.
         let (g1, share) = self.eval_beside::<A>(cos, above, (1.0 - lit) + above);
         g1 * share.sqrt()
     }

@@ -115,7 +115,8 @@ impl SgdBatch {
         self.set
     }
 
-    /// f(wi, wo) \[1/sr\] of every pair; 0 at and below the horizon and for vectors that are not of unit length.
+    /// f(wi, wo) \[1/sr\] of every pair; 0 at and below the horizon and for vectors that are not of
+    /// unit length.
     ///
     /// # Errors
     ///
@@ -134,7 +135,8 @@ impl SgdBatch {
         dispatch::pair(self.set, self, wi, wo)
     }
 
-    /// The factors of each lobe against one angle θ with the given cosine and sine ≥ 0; Λ = 1/G1 − 1 in f32.
+    /// The factors of each lobe against one angle θ with the given cosine and sine ≥ 0; Λ is
+    /// 1/G1 − 1 in f32.
     #[must_use]
     pub fn curves(&self, cos_theta: f32, sin_theta: f32) -> Vec<LobeCurves> {
         dispatch::curves(self.set, self, cos_theta, sin_theta)
@@ -175,6 +177,7 @@ mod dispatch {
             BatchMaskings::Fitted(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
         }
     });
+    // Fused in software where need be: an albedo texture has the same bits everywhere.
     per_instruction_set!(moments<A: Fused, baseline Fused>
         (lobe: &AlbedoBatch, cos_theta_o: f64) -> FresnelMoments { lobe.at::<A>(cos_theta_o) });
 }

@@ -51,6 +51,7 @@ fn load(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Material>, SceneError> {
     let mut materials = Vec::new();
+    // `mtllib a b.mtl` is one file if that is there, else two.
     let whole = resource(library)?.locate(folder);
     let names = if whole.is_ok() { vec![library] } else { library.split_whitespace().collect() };
     for name in names {
@@ -73,6 +74,7 @@ fn load(
 
 /// MTL names are plain file names: nothing in them is percent encoded.
 fn resource(name: &str) -> Result<Resource, SceneError> {
+    // Files from Windows have backslashes in their paths.
     Resource::new(&percent_encode(&name.replace('\\', "/")))?
         .ok_or_else(|| SceneError::Uri { uri: name.to_owned(), reason: "is not a file name" })
 }
@@ -83,6 +85,7 @@ fn completed(text: &str) -> String {
     for line in text.lines() {
         let words: Vec<_> = line.split_whitespace().collect();
         match *words {
+            // tobj panics on a colour of fewer than three numbers.
             ["Ka" | "Kd" | "Ks" | "Ke", "spectral" | "xyz", ..] | ["Ka" | "Kd" | "Ks" | "Ke"] => {}
             [key @ ("Ka" | "Kd" | "Ks" | "Ke"), gray]
             | [key @ ("Ka" | "Kd" | "Ks" | "Ke"), gray, _] => {
@@ -132,6 +135,7 @@ impl Writer<'_> {
             material.insert("normalTexture".into(), texture);
         }
         if let Some(emission) = mtl.emissive.filter(|e| e.iter().any(|x| *x > 0.0)) {
+            // glTF allows no factor above 1.
             material.insert("emissiveFactor".into(), json!(emission.map(unit)));
         }
         if let Some(texture) = self.texture(mtl.unknown_param.get("map_Ke").map(String::as_str))? {
@@ -151,6 +155,7 @@ impl Writer<'_> {
         };
         let resource = resource(name)?;
         match resource.locate(self.folder) {
+            // An address outside the folder is refused, not passed over like a missing file.
             Err(error @ SceneError::Uri { .. }) => return Err(error),
             Err(_) => self.warnings.push(format!("texture {name:?} is not there")),
             Ok(_) if !matches!(mime(&resource.path), Some("image/png" | "image/jpeg")) => {
