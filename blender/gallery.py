@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders every material of a manifest on the ball in the studio: lobes beside the glTF fit.
+"""Renders every material of a manifest on the ball in the studio: lobes next to the glTF fit.
 
     python blender/gallery.py target/gallery/manifest.json -o docs/gallery.png
 """

@@ -125,7 +125,7 @@ def _panel(args, mode, material):
 
 
 def turntable(args, rows, material):
-    """Frames beside the output as NAME_0001.png, or one .mp4."""
+    """Frames in the output's folder as NAME_0001.png, or one .mp4."""
     movie = args.output.suffix == ".mp4"
     with tempfile.TemporaryDirectory() as folder:
         stem = Path(folder) / "frame" if movie else args.output.with_suffix("")

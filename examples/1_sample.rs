@@ -1,4 +1,4 @@
-//! The directional albedo of a measured material by Monte Carlo, beside its quadrature.
+//! The directional albedo of a measured material by Monte Carlo and by quadrature.
 
 // An example shows what it found.
 #![allow(clippy::print_stdout)]

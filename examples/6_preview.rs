@@ -1,4 +1,4 @@
-//! A ball in a measured material beside its best GGX fit, and how different they look.
+//! A ball in a measured material next to its best GGX fit, and how different they look.
 
 // An example shows what it found.
 #![allow(clippy::print_stdout)]

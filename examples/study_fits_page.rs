@@ -39,10 +39,16 @@ struct Row {
     ndf_error: [f64; 3],
 }
 
+/// Numbers of lobes whose error of D is listed.
+const COUNTS: std::ops::RangeInclusive<usize> = 1..=10;
+/// The error of D within which a channel counts as met.
+const MET: f64 = 1e-3;
+
 fn main() -> Result<(), Box<dyn Error>> {
     let objective = std::env::args().nth(1).ok_or("name the file of the objectives' table")?;
     let rows: Vec<Row> = catalog().par_iter().map(|entry| row(&entry.material)).collect();
-    fs::write("docs/fits.md", page(&fs::read_to_string(objective)?, &rows)?)?;
+    let page = page(&fs::read_to_string(objective)?, &rows)?;
+    fs::write("docs/fits.md", with_counts(page, &ndf_errors()))?;
     plot_errors(&rows)?;
     plot_profiles()
 }
@@ -100,6 +106,44 @@ fn page(objective: &str, rows: &[Row]) -> Result<String, std::fmt::Error> {
         writeln!(table, "| {} | {cells} | {:.3} % |", row.name, 100.0 * eight)?;
     }
     Ok(page.replace("{materials}", table.trim_end()))
+}
+
+/// The errors of D of a material, per number of lobes and channel.
+type NdfErrors = Vec<Vec<f64>>;
+
+fn ndf_errors() -> Vec<NdfErrors> {
+    let of_material = |material: &Material| -> NdfErrors {
+        COUNTS.map(|count| mixture::fit(material, count).ndf_error).collect()
+    };
+    catalog().par_iter().map(|entry| of_material(&entry.material)).collect()
+}
+
+fn largest(errors: &[f64]) -> f64 {
+    errors.iter().copied().fold(0.0, f64::max)
+}
+
+/// The page with the table of the error of D by the number of lobes, and the materials that eight do
+/// not meet.
+fn with_counts(page: String, errors: &[NdfErrors]) -> String {
+    let line = |i: usize| {
+        let mut worst: Vec<f64> = errors.iter().map(|of| largest(&of[i])).collect();
+        worst.sort_by(f64::total_cmp);
+        let falls = |of: &&NdfErrors| i > 0 && largest(&of[i]) < largest(&of[i - 1]);
+        let falls = errors.iter().filter(falls).count();
+        let falls = if i > 0 { falls.to_string() } else { "–".to_owned() };
+        let met = errors.iter().flat_map(|of| &of[i]).filter(|error| **error <= MET).count();
+        let [median, largest] = [worst[worst.len() / 2], worst[worst.len() - 1]].map(|e| 100.0 * e);
+        format!("| {} | {median:.4} % | {largest:.3} % | {falls} | {met} |", i + COUNTS.start())
+    };
+    let lines: Vec<String> = (0..COUNTS.count()).map(line).collect();
+    let eight = 8 - COUNTS.start();
+    let beyond = catalog().iter().zip(errors).filter(|(_, of)| largest(&of[eight]) > MET);
+    let mut beyond: Vec<(f64, &str)> =
+        beyond.map(|(entry, of)| (100.0 * largest(&of[eight]), &*entry.material.name)).collect();
+    beyond.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let beyond: Vec<String> =
+        beyond.iter().map(|(error, name)| format!("{name} ({error:.3} %)")).collect();
+    page.replace("{counts}", &lines.join("\n")).replace("{beyond}", &beyond.join(", "))
 }
 
 /// Relative residual of every material, per model in ascending order.

@@ -11,11 +11,12 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use sgdbake::brdf::engine::{Engine, EngineBrdf};
-use sgdbake::brdf::{MaskingKind, SgdBrdf};
+use sgdbake::brdf::{MaskingKind, OneLobe, Reflectance, SgdBrdf};
+use sgdbake::fit::gltf_measured::{self, GltfMeasuredFit};
 use sgdbake::fit::measured_target::MeasuredTarget;
-use sgdbake::fit::sgd::{Energy, Lobes, Options, fit};
-use sgdbake::fit::{gltf_measured, one_lobe_measured};
-use sgdbake::material::find;
+use sgdbake::fit::one_lobe_measured;
+use sgdbake::fit::sgd::{Energy, Lobes, Options, SgdFit, fit};
+use sgdbake::material::{Material, find};
 use sgdbake::microfacet::Family;
 use sgdbake::report::distance::{Distance, Reference};
 
@@ -38,6 +39,10 @@ fn trial() -> Trial {
         .collect()
 }
 
+/// Models in the order of the columns, before the engines.
+const MODELS: [&str; 8] =
+    ["published", "one", "two", "two free", "per ch.", "glTF", "GGX", "Beckmann"];
+
 fn main() {
     let Some(networks) = network::all() else { return };
     let names: Vec<String> = std::env::args().skip(1).collect();
@@ -48,100 +53,115 @@ fn main() {
         })
         .collect();
     let trial = trial();
-    let quick = std::env::var_os("QUICK").is_some();
-    let models: Vec<String> =
-        ["published", "one", "two", "two free", "per ch.", "glTF", "GGX", "Beckmann"]
-            .map(str::to_owned)
-            .into_iter()
-            .chain(Engine::ALL.map(|engine| format!("{engine:?}")))
-            .collect();
+    let engines = Engine::ALL.map(|engine| format!("{engine:?}"));
+    let models: Vec<String> = MODELS.map(str::to_owned).into_iter().chain(engines).collect();
     println!("{:26} | trial: pub one two glTF| {}", "material", models.join(" | "));
-    let rows: Vec<_> = chosen
+    let rows: Vec<Vec<Option<Distance>>> = chosen
         .par_iter()
         .map(|(key, network)| {
             let name = key.split('/').nth(1).unwrap();
-            let reference = Reference::new(*network);
-            let target = MeasuredTarget::of(*network).unwrap();
-            let run = |lobes, energy| fit(&target, Options { lobes, energy });
-            let start = Instant::now();
-            let fits = [run(Lobes::One, Energy::Conserve), run(Lobes::Two, Energy::Conserve)];
-            let seconds = start.elapsed().as_secs_f64();
-            let free = (!quick)
-                .then(|| [run(Lobes::Two, Energy::Free), run(Lobes::PerChannel, Energy::Conserve)]);
-            let fits: Vec<_> = fits
-                .into_iter()
-                .map(Some)
-                .chain(free.map_or(vec![None, None], |f| f.map(Some).to_vec()))
-                .collect();
-            let published = find(name).ok().map(|entry| {
-                reference.distance(&SgdBrdf::new(&entry.material, MaskingKind::Exact))
-            });
-            let start = Instant::now();
-            let gltf = gltf_measured::fit(&target);
-            let gltf_seconds = start.elapsed().as_secs_f64();
-            let one = [Family::Ggx, Family::Beckmann].map(|d| {
-                (!quick).then(|| reference.distance(&one_lobe_measured::fit(&target, d).brdf()))
-            });
-            let forms = Engine::ALL.map(|engine| {
-                Some(reference.distance(&EngineBrdf { engine, material: gltf.material }))
-            });
-            let distances: Vec<Option<Distance>> = std::iter::once(published)
-                .chain(fits.iter().map(|fit| {
-                    let material = fit.as_ref()?.model.material(name).unwrap();
-                    Some(reference.distance(&SgdBrdf::new(&material, MaskingKind::Exact)))
-                }))
-                .chain([Some(reference.distance(&gltf.material))])
-                .chain(one)
-                .chain(forms)
-                .collect();
-            let of =
-                |k: &str| trial.get(name).and_then(|row| row.get(k)).copied().unwrap_or(f64::NAN);
-            let mut line = format!(
-                "{name:24}|{:5.2} {:4.2} {:4.2} {:4.2}|",
-                of("sgd_published"),
-                of("sgd_one_shape"),
-                of("sgd_two_lobes"),
-                of("gltf_direct")
-            );
-            for (k, d) in distances.iter().enumerate() {
-                match d {
-                    Some(d) if k < 8 => {
-                        line += &format!(" {:5.2} {:5.2} {:.4}|", d.suns, d.highlights, d.absolute);
-                    }
-                    Some(d) => line += &format!(" {:5.2}", d.suns),
-                    None => line += "    –     –      –|",
-                }
-            }
-            line += &format!(" {seconds:.1} {gltf_seconds:.1} s");
-            println!("{line}");
+            let fits = Fits::new(*network, std::env::var_os("QUICK").is_some());
+            let distances = fits.distances(name, &Reference::new(*network));
+            println!("{}", line(name, &trial, &distances, fits.seconds));
             if names.len() == 1 {
-                println!("{:#?}", gltf.material);
-            }
-            let fits: Vec<_> = fits.into_iter().flatten().collect();
-            if names.len() == 1 {
-                for fit in &fits {
-                    println!("{:#?}", fit.model);
-                }
+                println!("{:#?}", fits.gltf.material);
+                fits.sgd.iter().flatten().for_each(|fit| println!("{:#?}", fit.model));
             }
             distances
         })
         .collect();
     for (k, model) in models.iter().enumerate() {
-        let mut suns: Vec<f64> = rows.iter().filter_map(|row| Some(row[k]?.suns)).collect();
-        let mut high: Vec<f64> = rows.iter().filter_map(|row| Some(row[k]?.highlights)).collect();
-        suns.sort_by(f64::total_cmp);
-        high.sort_by(f64::total_cmp);
-        if suns.is_empty() {
-            continue;
+        let column: Vec<Distance> = rows.iter().filter_map(|row| row[k]).collect();
+        if !column.is_empty() {
+            summary(model, &column);
         }
-        let at = |v: &[f64], q: f64| v[((v.len() - 1) as f64 * q).round() as usize];
-        println!(
-            "{model:10} suns median {:.3} p90 {:.3} max {:.3}; highlights median {:.3} p90 {:.3}",
-            at(&suns, 0.5),
-            at(&suns, 0.9),
-            at(&suns, 1.0),
-            at(&high, 0.5),
-            at(&high, 0.9)
-        );
     }
+}
+
+/// The fits of every model to one measurement; a quick study leaves some out.
+struct Fits {
+    sgd: [Option<SgdFit>; 4],
+    gltf: GltfMeasuredFit,
+    one_lobe: [Option<OneLobe>; 2],
+    /// Of SGD with one lobe and two, and of glTF.
+    seconds: [f64; 2],
+}
+
+impl Fits {
+    fn new(reflectance: &dyn Reflectance, quick: bool) -> Self {
+        let target = MeasuredTarget::of(reflectance).unwrap();
+        let start = Instant::now();
+        let [one, two] = [Lobes::One, Lobes::Two]
+            .map(|lobes| fit(&target, Options { lobes, energy: Energy::Conserve }));
+        let seconds = start.elapsed().as_secs_f64();
+        let [free, per_channel] =
+            [(Lobes::Two, Energy::Free), (Lobes::PerChannel, Energy::Conserve)]
+                .map(|(lobes, energy)| (!quick).then(|| fit(&target, Options { lobes, energy })));
+        let start = Instant::now();
+        let gltf = gltf_measured::fit(&target);
+        Self {
+            sgd: [Some(one), Some(two), free, per_channel],
+            gltf,
+            seconds: [seconds, start.elapsed().as_secs_f64()],
+            one_lobe: [Family::Ggx, Family::Beckmann]
+                .map(|family| (!quick).then(|| one_lobe_measured::fit(&target, family))),
+        }
+    }
+
+    /// The distance of each model and engine, in the order of the columns.
+    fn distances(&self, name: &str, reference: &Reference) -> Vec<Option<Distance>> {
+        let material =
+            |material: &Material| reference.distance(&SgdBrdf::new(material, MaskingKind::Exact));
+        let mut distances = vec![find(name).ok().map(|entry| material(&entry.material))];
+        for fit in &self.sgd {
+            let fitted = fit.as_ref().map(|fit| fit.model.material(name).unwrap());
+            distances.push(fitted.map(|fitted| material(&fitted)));
+        }
+        distances.push(Some(reference.distance(&self.gltf.material)));
+        for one_lobe in &self.one_lobe {
+            distances.push(one_lobe.map(|fit| reference.distance(&fit.brdf())));
+        }
+        for engine in Engine::ALL {
+            let brdf = EngineBrdf { engine, material: self.gltf.material };
+            distances.push(Some(reference.distance(&brdf)));
+        }
+        distances
+    }
+}
+
+/// A material's row: the trial's figures, then ΔE under the suns and in highlights, and |Δf|.
+fn line(
+    name: &str,
+    trial: &Trial,
+    distances: &[Option<Distance>],
+    [sgd, gltf]: [f64; 2],
+) -> String {
+    let known = trial.get(name);
+    let [published, one, two, direct] =
+        ["sgd_published", "sgd_one_shape", "sgd_two_lobes", "gltf_direct"]
+            .map(|key| known.and_then(|row| row.get(key)).copied().unwrap_or(f64::NAN));
+    let mut line = format!("{name:24}|{published:5.2} {one:4.2} {two:4.2} {direct:4.2}|");
+    for (k, distance) in distances.iter().enumerate() {
+        line += &match distance {
+            Some(d) if k < MODELS.len() => {
+                format!(" {:5.2} {:5.2} {:.4}|", d.suns, d.highlights, d.absolute)
+            }
+            Some(d) => format!(" {:5.2}", d.suns),
+            None => "    –     –      –|".to_owned(),
+        };
+    }
+    line + &format!(" {sgd:.1} {gltf:.1} s")
+}
+
+/// The distribution of a model's distances.
+fn summary(model: &str, column: &[Distance]) {
+    let [suns, highlights] = [|d: &Distance| d.suns, |d: &Distance| d.highlights].map(|figure| {
+        let mut values: Vec<f64> = column.iter().map(figure).collect();
+        values.sort_by(f64::total_cmp);
+        [0.5, 0.9, 1.0].map(|q| values[((values.len() - 1) as f64 * q).round() as usize])
+    });
+    println!(
+        "{model:10} suns median {:.3} p90 {:.3} max {:.3}; highlights median {:.3} p90 {:.3}",
+        suns[0], suns[1], suns[2], highlights[0], highlights[1]
+    );
 }

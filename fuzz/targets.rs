@@ -80,6 +80,7 @@ fn scene(name: &str, bytes: &[u8], beside: &[(&str, &[u8])]) {
         fs::write(folder.path().join(name), bytes).expect("the temporary folder can be written");
     }
     let Ok(scene) = Scene::open(&path) else { return };
+    restored(&scene, &folder.path().join("restored.glb"));
     let slots = scene.slots();
     let asset = super::asset();
     let assigned: Vec<_> = slots.iter().map(|slot| (slot.id, &asset)).collect();
@@ -107,4 +108,19 @@ fn scene(name: &str, bytes: &[u8], beside: &[(&str, &[u8])]) {
             );
         }
     }
+}
+
+/// Restores every material whose extras can be read. What comes out can be opened.
+fn restored(scene: &Scene, target: &Path) {
+    let Ok(extras) = scene.extras() else { return };
+    let asset = super::asset();
+    let restored: Vec<_> = extras.iter().map(|(index, _)| (*index, &asset)).collect();
+    let Ok(export) = scene.restored(&restored, target) else { return };
+    let mut out = Vec::new();
+    export.files[0].write_to(&mut out).expect("what opened can be read");
+    fs::write(target, out).expect("the temporary folder can be written");
+    let again = Scene::open(target).expect("what was restored can be opened");
+    let read: Vec<usize> =
+        again.measured().filter(|(_, read)| read.is_ok()).map(|(index, _)| index).collect();
+    assert!(restored.iter().all(|(index, _)| read.contains(index)), "{read:?}");
 }

@@ -3,13 +3,15 @@
 # and writes docs/engines.md. Needs Node.js, Debian's chromium, Python 3.11 and a release build of these sources.
 #
 #   scripts/engines.sh                       docs/engines.md
+#   scripts/engines.sh --environment         its section under the panorama alone
 #   scripts/engines.sh FOLDER LIST.json …    other lists of {"label", "material", "name"}: to standard output
 #
 # The catalogue's pictures stay in $PICTURES (target/engines), and only materials whose numbers changed are drawn again:
 # delete the folder after a change of an engine or of a page.
 # FOLDER keeps the pictures of other lists.
-# SGDBAKE_BIN names the binary, MEASURED the folder of networks, ENVIRONMENT an .hdr panorama, under which three.js,
-# Babylon.js and Blender draw every eighth material (none: suns only), ENGINES a choice of the engines.
+# SGDBAKE_BIN names the binary, MEASURED the folder of networks, ENVIRONMENT an .hdr panorama, under which all but
+# Filament draw too (none: suns only), ENGINES a choice of the engines. The networks as MERL files, to which
+# pictures under the panorama are compared, take 3.6 GB in $PICTURES/measurements.
 set -euo pipefail
 root="$(cd "$(dirname "$0")/.." && pwd)"
 here="$root/tests/engines"
@@ -39,29 +41,36 @@ draw() {
 
 scratch="$(mktemp -d)"
 trap 'rm -rf "$scratch"' EXIT
+only=()
+if [ "${1-}" = --environment ]; then
+  [ -n "$panorama" ] || exit 1
+  only=(--only-environment); shift
+fi
 if [ $# -gt 0 ]; then
   folder="$1"; shift
   lists=("$@")
-  keep=() output=() bright=("${lists[@]}")
+  keep=() output=()
 else
   folder="${PICTURES:-$root/target/engines}"
   lists=("$scratch/published.json" "$scratch/refit.json")
   "$python" "$here/materials.py" --check "$binary" >"${lists[0]}"
   "$python" "$here/materials.py" --check "$binary" --refit >"${lists[1]}"
-  mkdir "$scratch/eighth"
-  bright=("$scratch/eighth/published.json" "$scratch/eighth/refit.json")
-  "$python" "$here/materials.py" --every 8 >"${bright[0]}"
-  "$python" "$here/materials.py" --every 8 --refit >"${bright[1]}"
+  if [ -n "$panorama" ] && [ -d "$measured" ] && [ ! -d "$folder/measurements" ]; then
+    (cd "$root" && cargo run --release --quiet --example networks_to_measurements -- "$folder/measurements.tmp" >/dev/null)
+    mv "$folder/measurements.tmp" "$folder/measurements"
+  fi
   keep=(--keep) output=(-o "$root/docs/engines.md")
 fi
 
 for engine in $engines; do
-  for list in "${lists[@]}"; do
+  [ ${#only[@]} -gt 0 ] || for list in "${lists[@]}"; do
     draw "$engine" "$list" "$folder/$(basename "$list" .json)" "${keep[@]}"
   done
-  case "$engine" in filament | khronos) continue ;; esac # the first reads no .hdr, the second filters it too slowly
-  [ -z "$panorama" ] || for list in "${bright[@]}"; do
-    draw "$engine" "$list" "$folder/$(basename "$list" .json)/environment" --suns "" --environment "$panorama" "${keep[@]}"
+  samples=()
+  [ "$engine" != blender ] || samples=(--samples 512)
+  [ "$engine" != filament ] || continue # it reads no .hdr
+  [ -z "$panorama" ] || for list in "${lists[@]}"; do
+    draw "$engine" "$list" "$folder/$(basename "$list" .json)/environment" --size 72 --suns "" --environment "$panorama" "${keep[@]}" "${samples[@]}"
   done
 done
-"$python" "$here/report.py" "$binary" "$folder" "${lists[@]}" --measured "$measured" ${panorama:+--environment "$panorama"} "${output[@]}"
+"$python" "$here/report.py" "$binary" "$folder" "${lists[@]}" --measured "$measured" ${panorama:+--environment "$panorama"} "${only[@]}" "${output[@]}"

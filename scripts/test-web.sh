@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The npm package in web/: types, then its pictures in headless Chromium against this sgdbake.
+# The npm package in web/: types, then its pictures and the page of `sgdbake view` in headless
+# Chromium, against this sgdbake.
 # SGD_WEB_ALL=1 draws all materials, SGD_WEB_HDR=FILE.hdr compares under that panorama too,
 # SGD_WEB_COST=1 measures frames. Needs Node.js; Chromium is installed where apt-get can.
 set -euo pipefail

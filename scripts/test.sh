@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Runs every test, and sets up what they need inside the checkout: Python packages in .venv*,
-# npm packages in tests/js/node_modules and tests/engines/node_modules. Needs a Rust toolchain, Python 3.11, Python 3.13 for Blender
-# 5.2, and Node.js.
+# Runs every test, and sets up what they need inside the checkout: Python packages in .venv*, npm
+# packages in node_modules under web and tests. Needs a Rust toolchain, Python 3.11, Python 3.13
+# for Blender 5.2, and Node.js.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -38,3 +38,6 @@ scripts/test-web.sh
 step "Blender: the oldest and the newest version; scripts/test-blender.sh alone takes all five"
 scripts/setup-blender.sh 42 52
 scripts/test-blender.sh 42 52
+
+step "Tools that people pass glTF through: what they keep, and what restore brings back"
+scripts/test-pipelines.sh

@@ -140,14 +140,13 @@ pub use glam::DVec3;
 
 #[doc(inline)]
 pub use crate::brdf::{
-    Brdf, GltfBrdf, Lobe, MaskingKind, OneLobe, Reflectance, Sample, Sampler, SgdBatch, SgdBrdf,
-    Strategy, directional_albedo,
+    Brdf, GltfBrdf, Lobe, MaskingKind, Reflectance, Sample, Sampler, SgdBatch, SgdBrdf, Strategy,
+    directional_albedo,
 };
 #[doc(inline)]
 pub use crate::fit::{
-    Metric, Target, gltf::GltfFit, gltf::fit as fit_gltf, measured_target::MeasuredTarget,
-    mixture::MixtureFit, mixture::fit as fit_mixture, one_lobe::OneLobeFit,
-    one_lobe::fit as fit_one_lobe, sgd::SgdFit, sgd::fit as fit_sgd,
+    Metric, Target, gltf::fit as fit_gltf, measured_target::MeasuredTarget,
+    mixture::fit as fit_mixture, one_lobe::fit as fit_one_lobe, sgd::fit as fit_sgd,
 };
 #[doc(inline)]
 pub use crate::material::{
@@ -161,7 +160,7 @@ pub use crate::microfacet::{Beckmann, BeckmannMixture, Distribution, Family, Fre
 
 #[cfg(feature = "full")]
 #[doc(inline)]
-pub use crate::asset::{Asset, EXTENSION, Extension, Manifest, Product, build};
+pub use crate::asset::{Asset, Extension, Manifest, Product, build};
 #[cfg(feature = "full")]
 #[doc(inline)]
 pub use crate::encode::{Format, encode};

@@ -130,31 +130,58 @@ fn no_independent_optimiser_finds_a_better_lobe() {
     }
 }
 
+/// The materials whose three distributions eight shared widths cannot reach to 0.1 %, and how near
+/// they come: a search by linear programs from many starts finds no less than 0.198, 0.126, 0.129,
+/// 0.128, 0.104, 0.101 and 0.098 % for them.
+const BEYOND_EIGHT: [(&str, f64); 7] = [
+    ("silicon-nitrade", 2.05e-3),
+    ("red-specular-plastic", 1.32e-3),
+    ("green-acrylic", 1.32e-3),
+    ("specular-white-phenolic", 1.32e-3),
+    ("specular-yellow-phenolic", 1.09e-3),
+    ("blue-acrylic", 1.10e-3),
+    ("gold-metallic-paint2", 1.02e-3),
+];
+
 #[test]
-fn eight_components_are_within_a_third_of_a_percent_on_every_material() {
+fn eight_components_are_within_a_tenth_of_a_percent_but_on_seven_materials() {
     for entry in catalog() {
+        let name = &*entry.material.name;
         let fit = mixture::fit(&entry.material, 8);
+        let beyond = BEYOND_EIGHT.iter().find(|(beyond, _)| *beyond == name);
+        let most = beyond.map_or(1e-3, |(_, most)| *most);
         for (c, error) in fit.ndf_error.into_iter().enumerate() {
-            assert!(error <= 0.0033, "{} lobe {c}: {error}", entry.material.name);
+            assert!(error <= most, "{name} lobe {c}: {error}");
             let sum: f64 = fit.mixture.weights.iter().map(|w| w[c]).sum();
-            assert!((sum - 1.0).abs() < 1e-12, "{}: energy {sum}", entry.material.name);
+            assert!((sum - 1.0).abs() < 1e-12, "{name}: energy {sum}");
         }
         assert!(fit.mixture.weights.iter().flatten().all(|w| *w >= 0.0));
         assert!(fit.mixture.alpha.is_sorted());
     }
 }
 
-/// A component more never makes the largest error larger.
 #[test]
-fn more_components_are_no_worse() {
+fn ten_components_are_within_a_tenth_of_a_percent_where_eight_are_not() {
+    for (name, _) in BEYOND_EIGHT {
+        let material = &sgdbake::material::find(name).expect("in the catalogue").material;
+        let error = mixture::fit(material, 10).ndf_error.into_iter().fold(0.0, f64::max);
+        assert!(error <= 1e-3, "{name}: {error}");
+    }
+}
+
+/// A component more never makes the largest error larger, and almost always smaller.
+#[test]
+fn more_components_are_better() {
     for entry in catalog().iter().step_by(5) {
         let error = |count| {
             let fit = mixture::fit(&entry.material, count);
             fit.ndf_error.into_iter().fold(0.0, f64::max)
         };
         let errors: Vec<f64> = (1..=9).map(error).collect();
-        let falls = errors.windows(2).all(|pair| pair[1] <= pair[0] * (1.0 + 1e-9));
-        assert!(falls, "{}: {errors:?}", entry.material.name);
+        let name = &entry.material.name;
+        assert!(errors.windows(2).all(|pair| pair[1] <= pair[0]), "{name}: {errors:?}");
+        let falls = errors.windows(2).filter(|pair| pair[1] < pair[0]).count();
+        assert!(falls >= errors.len() - 2, "{name}: {errors:?}");
     }
 }
 
@@ -169,7 +196,9 @@ fn the_minimax_fit_has_the_smaller_largest_error() {
             fit.ndf_error.into_iter().fold(0.0, f64::max)
         };
         let [squares, minimax] = [Objective::LeastSquares, Objective::Minimax].map(largest);
-        assert!(minimax <= 1.02 * squares, "{}: {minimax} {squares}", entry.material.name);
+        // Below a hundredth of a percent either may be caught in a local minimum (green-latex is).
+        let most = (1.02 * squares).max(1e-4);
+        assert!(minimax <= most, "{}: {minimax} {squares}", entry.material.name);
         ratios.push(squares / minimax);
     }
     ratios.sort_by(f64::total_cmp);

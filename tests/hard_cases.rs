@@ -162,7 +162,7 @@ fn opposite_grazing() {
     }
 }
 
-/// What is no unit vector is no direction: f is 0, never NaN and never an error.
+/// A vector that is not a unit vector is not a direction: f is 0, never NaN and never an error.
 #[test]
 fn what_is_no_direction() {
     let wo = DVec3::new(0.0, 0.6, 0.8);

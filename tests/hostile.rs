@@ -283,6 +283,9 @@ fn textures_that_claim_more_than_they_hold_are_refused() {
     let name = b"dataWindow\0box2i\0\x10\0\0\0";
     let window = exr.windows(name.len()).position(|bytes| bytes == name).unwrap() + name.len();
     assert!(claim(&exr, window + 8, &[0xff, 0xff, 0xff, 0x3f]).starts_with("not a valid EXR"));
+    // A scanline of 2²⁷ texels would be read whole.
+    let wide = claim(&exr, window + 8, &[0, 0, 0, 8]);
+    assert!(wide.contains("wider than any lookup texture"), "{wide}");
 }
 
 #[test]

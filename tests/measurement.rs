@@ -8,7 +8,6 @@ mod common;
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use std::fs;
 use std::io::Cursor;
-use std::process::{Command, Output};
 
 use glam::DVec3;
 use sgdbake::brdf::MaskingKind;
@@ -481,80 +480,4 @@ fn the_noise_of_a_measurement_is_found_and_averaged() {
     // φd and φd + π are one cell: two independent values are averaged.
     let gain = (averaged / raw).sqrt();
     assert!((gain - 0.5_f64.sqrt()).abs() < 0.05, "{gain}");
-}
-
-fn sgdbake(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_sgdbake")).args(arguments).output().expect("the binary runs")
-}
-
-/// Runs a command that must end with exit code 0, and gives its stdout.
-fn done(arguments: &[&str]) -> String {
-    let output = sgdbake(arguments);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {message}");
-    String::from_utf8(output.stdout).expect("stdout is text")
-}
-
-#[test]
-fn tabulate_writes_what_preview_and_audit_read() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name).into_os_string().into_string().unwrap();
-    let bsdf = path("gold.bsdf");
-    let tabulate = |out: &str, more: &[&str]| {
-        let common = ["tabulate", "--material", "gold-paint", "-o", out];
-        sgdbake(&[&common[..], more].concat())
-    };
-    let dry = tabulate(&bsdf, &["--dry-run"]);
-    assert_eq!(String::from_utf8(dry.stdout).unwrap(), format!("would write {bsdf}\n"));
-    assert!(fs::read(&bsdf).is_err(), "a dry run writes nothing");
-    let json: serde_json::Value =
-        serde_json::from_slice(&tabulate(&bsdf, &["--json"]).stdout).unwrap();
-    assert_eq!((&json["schema"], &json["format"]), (&"sgdbake/tabulate/1".into(), &"rgl".into()));
-    assert!(json["error"]["median"].as_f64().unwrap() < 0.002, "{json}");
-    let first = fs::read(&bsdf).unwrap();
-    assert!(tabulate(&bsdf, &["--threads", "1"]).status.success(), "it is the tool's own file");
-    assert!(first == fs::read(&bsdf).unwrap(), "the same bytes on any number of threads");
-
-    let binary = path("gold.binary");
-    done(&["tabulate", "--measured", &bsdf, "-o", &binary]);
-    let again = tabulate(&binary, &[]);
-    assert_eq!(again.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&again.stderr).contains("overwrite it with --force"));
-    assert!(tabulate(&binary, &["--force", "--model", "ggx"]).status.success());
-
-    let report = done(&["audit", "--measured", &bsdf, "--material", "chrome", "--json"]);
-    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
-    assert_eq!(report["materials"][0]["material"], "chrome");
-    let audit = &report["measurements"][0];
-    assert!(audit["coverage"].as_f64().unwrap() > 0.98);
-    assert!(audit["bands"][1]["reciprocity"].as_f64().unwrap() < 0.002);
-    let albedo = audit["channels"][1]["albedo"][0]["albedo"].as_f64().unwrap();
-    assert!((albedo - 0.1697).abs() < 1e-3, "{albedo}");
-    assert!(done(&["audit", "--measured", &bsdf]).starts_with("## gold\n"));
-
-    let picture = path("ball.png");
-    let small = ["--size", "16", "--samples", "16", "-o", &picture];
-    done(&[&["preview", "--measured", &bsdf, "--material", "chrome"], &small[..]].concat());
-    assert!(fs::read(&picture).unwrap().starts_with(b"\x89PNG"));
-}
-
-#[test]
-fn wrong_names_and_files_end_with_their_exit_code() {
-    let folder = tempfile::tempdir().unwrap();
-    let letter = folder.path().join("gold.binary");
-    fs::write(&letter, "Dear reader,\n").unwrap();
-    let letter = letter.to_str().unwrap();
-    for (arguments, code, message) in [
-        (vec!["audit", "--measured", letter], 1, "gold.binary: text whose first line"),
-        (vec!["preview", "--measured", letter, "-o", "a.png"], 1, "text whose first line"),
-        (vec!["tabulate", "--material", "chrome", "-o", "a.txt"], 2, "use .binary (MERL) or .bsdf"),
-        (vec!["tabulate", "-o", "a.bsdf"], 2, "required"),
-        (vec!["audit"], 2, "required"),
-        (vec!["preview", "-o", "a.png"], 2, "required"),
-    ] {
-        let output = sgdbake(&arguments);
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
-        assert!(stderr.contains(message), "{arguments:?}: {stderr}");
-    }
 }

@@ -1,20 +1,12 @@
 //! The commands that look at materials: audit, preview, sheet, speed-error.
 
+#[path = "support/command.rs"]
+mod command;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-fn sgdbake(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_sgdbake")).args(arguments).output().expect("the binary runs")
-}
-
-/// Runs a command that must end with exit code 0, and gives its stdout.
-fn done(arguments: &[&str]) -> String {
-    let output = sgdbake(arguments);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {message}");
-    String::from_utf8(output.stdout).expect("stdout is text")
-}
+use crate::command::{done, sgdbake};
 
 /// A model of the shared folder; `None`, said aloud, where it is absent.
 fn shared(name: &str) -> Option<PathBuf> {
@@ -153,7 +145,10 @@ fn a_sheet_has_every_element_and_needs_no_other_file() {
     for number in ["46.3841", "-0.0661102", "0.0878706"] {
         assert!(page.contains(number), "{number} is missing");
     }
-    assert_eq!(page.matches("<img ").count(), 4 + 3, "four balls, three difference maps");
+    assert_eq!(page.matches("<img ").count(), 5 + 4, "five balls, four difference maps");
+    let refit = &sgdbake::material::refit_of("alum-bronze").expect("refitted").error;
+    let row = format!("<tr><td>SGD refitted</td><td>{:.2}</td>", refit.delta_e);
+    assert!(page.contains(&row), "{row} is missing");
     assert_eq!(page.matches("class=\"polar\"").count(), 4 * 3, "lobes per angle and channel");
     assert_eq!(page.matches("class=\"chart\"").count(), 3 + 4, "D per channel, F, G1, ΔG1, albedo");
     for heading in

@@ -100,7 +100,7 @@ fn materials_of_one_name_have_sheets_of_their_own() {
     let output = run(folder.path(), &words(sheet));
     let lines = String::from_utf8(output.stdout).unwrap();
     let expected = "would write ./same.html\nwould write ./same-2.html\n\
-                    would write ./index-2.html\nwould write ./index.html\n";
+                    would write ./index-2.html\nwould write ./view.html\nwould write ./index.html\n";
     assert_eq!(lines, expected);
 }
 
@@ -227,4 +227,39 @@ fn a_scene_that_opens_can_be_exported_however_deep_it_nests() {
         scene.export(&[], &folder.path().join(target)).unwrap();
     }
     scene.pruned(&[]).unwrap();
+}
+
+/// Whatever a name promises, a file larger than any of its kind is refused by its length or head.
+#[test]
+fn large_files_are_not_read_to_say_what_is_in_them() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, message) in [("a.exr", "not a texture"), ("a.json", "a manifest has at most")] {
+        let file = fs::File::create(folder.path().join(name)).unwrap();
+        file.set_len(1 << 40).unwrap();
+        let output = run(folder.path(), &["inspect", name]);
+        assert!(stderr(&output).contains(message), "{name}: {}", stderr(&output));
+    }
+}
+
+/// A bake that needs more memory than the process may have says so before it starts.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_bake_asks_for_its_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let bake = |limit: usize, arguments: &str| {
+        let sgdbake = env!("CARGO_BIN_EXE_sgdbake");
+        let script = format!(
+            "ulimit -v {limit}; exec {sgdbake} bake --material chrome --quantity brdf3d -o out {arguments}"
+        );
+        Command::new("sh").current_dir(folder.path()).args(["-c", &script]).output().unwrap()
+    };
+    for arguments in ["--size 512", "--size 512 --dry-run", "--tolerance 1e-4"] {
+        let output = bake(1_500_000, &format!("--threads 2 {arguments}"));
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {}", stderr(&output));
+        let message = stderr(&output);
+        assert!(message.contains("MB of memory"), "{arguments}: {message}");
+        assert!(message.contains("choose a smaller --size"), "{arguments}: {message}");
+    }
+    let output = bake(1_500_000, "--threads 2 --size 32");
+    assert!(output.status.success(), "{}", stderr(&output));
 }

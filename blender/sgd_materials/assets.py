@@ -26,7 +26,7 @@ def write(folder, sources, pictures=catalogue.picture, mode="LOBES"):
     try:
         bpy.data.libraries.write(str(part), set(made), fake_user=True, compress=True)
     finally:
-        for each in set(made) & before:  # the artist's own: they are no assets of this file
+        for each in set(made) & before:  # the artist's own: they are not assets of this file
             each.asset_clear()
     part.replace(folder / BLEND)
     (folder / CATALOGS).write_text(_catalogs(), encoding="utf-8")

@@ -145,7 +145,7 @@ def _manifest_material(entry, textures, where):
 def _texture(entry, folder, where):
     file = folder / _get(entry, "file", str, where)
     if not file.is_file():
-        raise FormatError(f"{where}: texture {file} is missing; keep the textures beside the manifest, "
+        raise FormatError(f"{where}: texture {file} is missing; keep the textures in the manifest's folder, "
                           "or bake again")
     return Texture(_check_texture(entry, where), _without(entry, "file"), file=file)
 
@@ -157,7 +157,7 @@ def _embedded_texture(entry, buffer_view, folder, where):
         return Texture(quantity, plain, data=buffer_view(entry["bufferView"]))
     file = Path(folder or ".") / _get(entry, "uri", str, where)
     if not file.is_file():
-        raise FormatError(f"{where}: texture {file} is missing; keep the textures beside the glTF file")
+        raise FormatError(f"{where}: texture {file} is missing; keep the textures in the glTF file's folder")
     return Texture(quantity, plain, file=file)
 
 

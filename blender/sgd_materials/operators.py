@@ -10,7 +10,7 @@ from .preferences import sgdbake
 
 
 class SGD_OT_import(bpy.types.Operator, ImportHelper):
-    """Make materials from a manifest.json that sgdbake wrote beside its textures, or from a material file"""
+    """Make materials from a manifest.json that sgdbake wrote with its textures, or from a material file"""
 
     bl_idname = "import_scene.sgd_manifest"
     bl_label = "Import SGD Materials"

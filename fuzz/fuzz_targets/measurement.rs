@@ -1,8 +1,8 @@
 #![no_main]
 #[path = "../targets.rs"]
 mod targets;
-#[path = "../../tests/support/replacement.rs"]
+#[path = "../../tests/support/asset.rs"]
 mod support;
-use support::replacement;
+use support::asset;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| targets::measurement(bytes));

@@ -82,10 +82,8 @@ pub struct Distances {
 /// Every catalogue material's direct fits, in the order of the catalogue.
 pub fn direct_fits() -> &'static [DirectFits] {
     static FITS: LazyLock<Vec<DirectFits>> = LazyLock::new(|| {
-        let parse = |line| {
-            serde_json::from_str(line).expect("the embedded lines are JSON; a test reads all")
-        };
-        TABLE.lines().map(parse).collect()
+        let fits = TABLE.lines().map(serde_json::from_str);
+        fits.map(|fits| fits.expect("the embedded lines are JSON; a test reads all")).collect()
     });
     &FITS
 }

@@ -12,6 +12,24 @@ use crate::lut::LeftOut;
 const SCHEMA: &str = "sgdbake/manifest/2";
 
 /// The manifest of a bake.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::Manifest;
+/// use sgdbake::{Depths, Extent, Format, MaskingKind, Quantity, Request, build, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let product = build(&[named("gold-paint")?], &request, Format::Exr)?;
+/// let text = product.manifest().to_text();
+/// assert_eq!(Manifest::read(&text)?, product.manifest());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     schema: Schema,

@@ -21,7 +21,7 @@ pub struct Parameters {
     pub lobes: Vec<LobeParams>,
 }
 
-/// A material with the numbers that a renderer needs beside its parameters.
+/// A material with the numbers that a renderer needs in addition to its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MaterialEntry {
     /// Its parameters.

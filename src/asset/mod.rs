@@ -1,5 +1,5 @@
-//! What an engine is handed for a material: its parameters, its best fits, and the lookup textures
-//! that it shares with the others. Written as a manifest with files beside it, or as the glTF
+//! The product for an engine: a material's parameters, its best fits, and the lookup textures
+//! that it shares with the others. Written as a manifest with its files, or as the glTF
 //! extension [`EXTENSION`] with textures inside the scene; and read back.
 
 mod direct;
@@ -17,18 +17,37 @@ use crate::brdf::GltfBrdf;
 use crate::encode::{self, Format, TextureEntry, UnsupportedDepth};
 use crate::fit;
 use crate::lut::{BakeError, Baked, LeftOut, Placed, Quantity, Request, Table, bake_with_progress};
-use crate::material::Material;
+use crate::material::{Material, MaterialError};
 
 pub use direct::{
     DirectFits, Distances, GltfAt, OneLobeAt, Sources, direct_fits, direct_fits_of, stated_error,
 };
-pub use extension::{EXTENSION, Extension, ExtensionError, Extras};
+pub use extension::{EXTENSION, Extension, ExtensionError, Extras, ExtrasError};
 pub use fingerprint::fingerprint;
 pub use manifest::{Manifest, ManifestError, ManifestMaterial};
 pub use material::{MaterialEntry, Parameters, StatedError};
 pub use measured::Measured;
 
 /// A material as an engine takes it.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, Extent, Format, MaskingKind, Quantity, Request, build, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let product = build(&[named("gold-paint")?], &request, Format::Exr)?;
+/// let asset = &product.assets[0];
+/// assert_eq!(asset.material.parameters.name, "gold-paint");
+/// assert_eq!(asset.textures.len(), 3);
+/// println!("roughness of the glTF material: {:.3}", asset.gltf.roughness);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asset {
     /// Its parameters, its mixture, and its rows in the textures.
@@ -49,6 +68,25 @@ pub struct Texture {
 }
 
 /// The assets of a set of materials.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::{Depths, Extent, Format, MaskingKind, Quantity, Request, build, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let product = build(&[named("gold-paint")?], &request, Format::Exr)?;
+/// std::fs::write("manifest.json", product.manifest().to_text())?;
+/// for texture in &product.textures {
+///     std::fs::write(format!("{}.exr", texture.entry.quantity.name()), &texture.bytes)?;
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Product {
     /// One asset per material, in the order given.
@@ -65,6 +103,9 @@ pub enum BuildError {
     /// The textures cannot be baked as requested.
     #[error(transparent)]
     Bake(#[from] BakeError),
+    /// Parameters that make no material.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
     /// The textures do not fit the file format.
     #[error(transparent)]
     Format(#[from] UnsupportedDepth),
@@ -75,7 +116,7 @@ pub enum BuildError {
 pub struct Subject<'a> {
     /// The material.
     pub material: &'a Material,
-    /// What is known of it where it was fitted to a measurement: then the glTF material is the one
+    /// Its origin and errors if it was fitted to a measurement: then the glTF material is the one
     /// that was fitted to the measurement too, which is nearer to the surface.
     pub measured: Option<&'a Measured>,
 }
@@ -91,6 +132,23 @@ impl<'a> From<&'a Material> for Subject<'a> {
 /// # Errors
 ///
 /// A request that cannot be met, and texels that `format` cannot hold.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, Extent, Format, MaskingKind, Quantity, Request, build, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let product = build(&[named("gold-paint")?], &request, Format::Exr)?;
+/// assert_eq!(product.textures.len(), 3);
+/// assert!(product.textures[0].bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]), "an EXR file");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn build(
     materials: &[&Material],
     request: &Request,
@@ -124,16 +182,48 @@ pub fn build_with_progress(
     Ok(Product { assets: assets.inspect(|_| step()).collect(), textures, left_out })
 }
 
+/// Builds again the assets that extras describe, one per element in order. Only their glTF
+/// material may be another than the exported one, where that was fitted to a measurement.
+///
+/// # Errors
+///
+/// As [`build`].
+pub fn rebuild(
+    extras: &[Extras],
+    request: &Request,
+    format: Format,
+) -> Result<Vec<Asset>, BuildError> {
+    let mut different: Vec<&Extras> = Vec::new();
+    for extras in extras {
+        if !different.contains(&extras) {
+            different.push(extras);
+        }
+    }
+    let materials: Vec<Material> =
+        different.iter().map(|extras| extras.parameters.material()).collect::<Result<_, _>>()?;
+    let product = build(&materials.iter().collect::<Vec<_>>(), request, format)?;
+    let mut assets = product.assets;
+    for (asset, extras) in assets.iter_mut().zip(&different) {
+        // Extras of earlier versions do not state it.
+        asset.material.error = extras.error.clone().or(asset.material.error.take());
+    }
+    let asset = |extras| {
+        let built = different.iter().zip(&assets).find(|(built, _)| **built == extras);
+        built.map(|(_, asset)| asset.clone())
+    };
+    Ok(extras.iter().filter_map(asset).collect())
+}
+
 impl Asset {
     fn new(subject: Subject<'_>, placed: &Placed, textures: &[Texture]) -> Self {
         let Subject { material, measured } = subject;
         let error = measured.map(Measured::stated_error).or_else(|| stated_error(material));
         let mixture = fit::mixture::for_picture(material);
-        let used = |texture: &&Texture| texture.holds(placed.row);
+        let used = textures.iter().filter(|texture| texture.holds(placed.row));
         Self {
             material: MaterialEntry::new(placed, mixture, error),
             gltf: measured.map_or_else(|| best_gltf(material), |measured| measured.gltf),
-            textures: textures.iter().filter(used).cloned().collect(),
+            textures: used.cloned().collect(),
         }
     }
 }
@@ -162,7 +252,7 @@ impl Texture {
 }
 
 impl Product {
-    /// The manifest of the product, for textures that are files beside it.
+    /// The manifest of the product, for textures that are files in its folder.
     #[must_use]
     pub fn manifest(&self) -> Manifest {
         let material =

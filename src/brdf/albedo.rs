@@ -111,9 +111,8 @@ impl View {
     /// of it is: at a = tan(½(π/2−θo)) and tan(½(π/2+θo)), or where D has decayed.
     pub(super) fn radial_ends(&self, alpha: f64, largest_decay: f64) -> [f64; 2] {
         let largest = largest_decay * alpha;
-        let to_v = |slope: f64| ((slope * slope).min(largest) / (alpha * alpha)).ln_1p();
         let whole = self.cos / (1.0 + self.sin);
-        [whole, whole.recip()].map(to_v)
+        [whole, whole.recip()].map(|slope| ((slope * slope).min(largest) / (alpha * alpha)).ln_1p())
     }
 
     /// The integral over azimuths of the half vectors with tanθh = a.
@@ -159,6 +158,17 @@ pub fn specular_albedo(lobe: &Lobe<Sgd>, cos_theta_o: f64) -> [f64; 3] {
 /// horizon.
 ///
 /// The published fits do not conserve energy: values above 1 occur and are not clamped.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, SgdBrdf, directional_albedo, named};
+///
+/// let brdf = SgdBrdf::new(named("gold-paint")?, MaskingKind::Exact);
+/// let [r, g, b] = directional_albedo(&brdf, 0.8);
+/// assert!(r > g && g > b && r < 1.0);
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[must_use]
 pub fn directional_albedo(brdf: &SgdBrdf, cos_theta_o: f64) -> [f64; 3] {
     if cos_theta_o.is_nan() || cos_theta_o < f64::MIN_POSITIVE {

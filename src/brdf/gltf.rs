@@ -29,6 +29,24 @@ pub const DIELECTRIC_F0: f64 = 0.04;
 /// specular colour; `KHR_materials_clearcoat`.) Appendix B prints the separable G2 =
 /// G1(wi)·G1(wo); this is the height-correlated one that the engines evaluate (Heitz 2014,
 /// equation 99). Over the catalogue the choice changes a fit's residual by at most 2.9 %.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{GltfBrdf, Reflectance, spherical};
+///
+/// let rough_metal = GltfBrdf {
+///     base_color: [1.0, 0.8, 0.3],
+///     metallic: 1.0,
+///     roughness: 0.5,
+///     specular_factor: 1.0,
+///     specular_color: [1.0; 3],
+///     clearcoat: None,
+///     clearcoat_roughness: None,
+/// };
+/// let [r, g, b] = rough_metal.eval(spherical(0.4, 0.0), spherical(0.4, 3.0));
+/// assert!(r > g && g > b);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GltfBrdf {
     /// Base colour, in \[0, 1\].

@@ -4,6 +4,7 @@
 pub mod albedo;
 pub mod batch;
 pub mod engine;
+mod engine_albedos;
 pub(crate) mod gltf;
 pub(crate) mod model;
 pub(crate) mod one_lobe;

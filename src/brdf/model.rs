@@ -13,6 +13,19 @@ use crate::microfacet::{
 };
 
 /// The masking function that a reflectance uses.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, SgdBrdf, named, spherical};
+///
+/// let material = named("gold-paint")?;
+/// let (wi, wo) = (spherical(1.2, 0.0), spherical(1.2, std::f64::consts::PI));
+/// let [exact, fitted] = [MaskingKind::Exact, MaskingKind::Fitted]
+///     .map(|kind| SgdBrdf::new(material, kind).eval(wi, wo)[0]);
+/// assert!(exact != fitted && (exact / fitted - 1.0).abs() < 0.01);
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MaskingKind {
     /// Smith's masking of the distribution, exactly.
@@ -23,6 +36,22 @@ pub enum MaskingKind {
 }
 
 /// A lobe of a reflectance: a distribution of normals and the colour that it reflects.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Brdf, Fresnel, Ggx, Lobe, Reflectance, spherical};
+///
+/// let lobe = Lobe {
+///     distribution: Ggx { alpha: 0.2 },
+///     fitted: None,
+///     rho_s: [std::f64::consts::FRAC_PI_4; 3], // ρs/π is the usual ¼
+///     fresnel: [Fresnel { f0: 0.04, f90: 1.0, f1: 0.0 }; 3],
+/// };
+/// let brdf = Brdf { rho_d: [0.5, 0.1, 0.1], lobes: vec![lobe] };
+/// let (wi, wo) = (spherical(0.5, 0.0), spherical(0.5, 3.0));
+/// assert!(brdf.eval(wi, wo)[0] > brdf.eval(wi, wo)[1]);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lobe<D> {
     /// The distribution, with its own masking.
@@ -42,6 +71,17 @@ pub struct Lobe<D> {
 /// f(wi, wo) = ρd/π + Σ_lobes (ρs/π) F(wi·h) D(h) G1(wi) G1(wo)/(cosθi cosθo)   \[1/sr\]
 ///
 /// (Bagher et al. 2012, equation 8; note that there is no ¼.)
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Brdf, MaskingKind, Sgd, SgdBrdf, named, spherical};
+///
+/// let brdf: Brdf<Sgd> = SgdBrdf::new(named("gold-paint")?, MaskingKind::Exact);
+/// let terms = brdf.terms(spherical(0.3, 0.0), spherical(0.3, 3.0));
+/// assert_eq!(terms.brdf[0], terms.diffuse[0] + terms.specular[0]);
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Brdf<D> {
     /// Diffuse albedo ρd per colour.
@@ -51,6 +91,17 @@ pub struct Brdf<D> {
 }
 
 /// The SGD reflectance of a material.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, SgdBrdf, named, spherical};
+///
+/// let brdf = SgdBrdf::new(named("blue-acrylic")?, MaskingKind::Exact);
+/// let [r, _, b] = brdf.eval(spherical(0.2, 0.0), spherical(0.9, 1.5));
+/// assert!(b > r);
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 pub type SgdBrdf = Brdf<Sgd>;
 
 /// The factors and the value of f for one pair of directions; all 0 below the horizon.
@@ -211,8 +262,8 @@ impl SgdBrdf {
     /// The evaluator with the exact masking's accuracy chosen: fewer digits, less time.
     #[must_use]
     pub fn with_accuracy(material: &Material, kind: MaskingKind, accuracy: Accuracy) -> Self {
-        let lobe = |params| Lobe::new(params, kind, accuracy);
-        Self { rho_d: material.rho_d(), lobes: material.lobes().iter().map(lobe).collect() }
+        let lobes = material.lobes().iter().map(|params| Lobe::new(params, kind, accuracy));
+        Self { rho_d: material.rho_d(), lobes: lobes.collect() }
     }
 
     /// The same with its exact masking from tables, for many evaluations.
@@ -226,13 +277,12 @@ impl Brdf<BeckmannMixture> {
     /// A material with the distribution of each lobe replaced by its mixture.
     #[must_use]
     pub fn of_mixture(material: &Material, mixture: &SharedMixture) -> Self {
-        let lobe = |(j, params): (usize, &LobeParams)| Lobe {
+        let lobes = material.lobes().iter().enumerate().map(|(j, params)| Lobe {
             distribution: mixture.of_lobe(j),
             fitted: None,
             rho_s: params.rho_s(),
             fresnel: fresnel(params),
-        };
-        let lobes = material.lobes().iter().enumerate().map(lobe).collect();
-        Self { rho_d: material.rho_d(), lobes }
+        });
+        Self { rho_d: material.rho_d(), lobes: lobes.collect() }
     }
 }

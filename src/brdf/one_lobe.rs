@@ -27,7 +27,7 @@ pub struct OneLobeChannel {
 /// (Walter et al. 2007, with the separable Smith masking that SGD has too.)
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OneLobe {
-    /// Which D, and with it which Λ.
+    /// The distribution: its D and Λ.
     #[serde(rename = "distribution")]
     pub family: Family,
     /// Parameters in the order r, g, b.

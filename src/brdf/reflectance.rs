@@ -13,6 +13,26 @@ use crate::microfacet::Distribution;
 /// lookup texture of it, or a measurement.
 ///
 /// `wi`, `wo` are unit; below the horizon f is 0.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{DVec3, Reflectance, spherical};
+///
+/// /// The same in all directions.
+/// struct Matte([f64; 3]);
+///
+/// impl Reflectance for Matte {
+///     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+///         let above = wi.z > 0.0 && wo.z > 0.0;
+///         self.0.map(|albedo| if above { albedo * std::f64::consts::FRAC_1_PI } else { 0.0 })
+///     }
+/// }
+///
+/// let mut f = [[0.0; 3]];
+/// Matte([0.5; 3]).eval_all(&[[spherical(0.1, 0.0), spherical(0.2, 0.0)]], &mut f);
+/// assert!((f[0][0] - 0.159).abs() < 1e-3);
+/// ```
 pub trait Reflectance: Sync {
     /// f(wi, wo) \[1/sr\] per colour; NaN where a measurement has no value.
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
@@ -26,6 +46,19 @@ pub trait Reflectance: Sync {
 }
 
 /// A reflectance that draws directions in proportion to what it reflects.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, Sample, Sampler, Strategy, named, spherical};
+///
+/// let sampler = Sampler::new(named("gold-paint")?, MaskingKind::Exact, Strategy::Vndf);
+/// let wo = spherical(0.8, 0.0);
+/// if let Some(wi) = Sample::sample(&sampler, wo, [0.1, 0.5, 0.7]) {
+///     assert!(Sample::pdf(&sampler, wi, wo) > 0.0);
+/// }
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 pub trait Sample: Reflectance {
     /// A direction to the light for `wo`, from three uniform numbers in [0, 1); `None` where the
     /// draw falls below the horizon.
@@ -54,10 +87,10 @@ impl Reflectance for SgdBatch {
     }
 
     fn eval_all(&self, pairs: &[[DVec3; 2]], f: &mut [[f64; 3]]) {
-        let column = |side: usize, axis: usize| -> Vec<f32> {
-            pairs.iter().map(|pair| pair[side][axis] as f32).collect()
-        };
-        let [wi, wo] = [0, 1].map(|side| [0, 1, 2].map(|axis| column(side, axis)));
+        let [wi, wo] = [0, 1].map(|side| {
+            [0, 1, 2].map(|axis| pairs.iter().map(|pair| pair[side][axis] as f32).collect())
+        });
+        let (wi, wo): ([Vec<f32>; 3], [Vec<f32>; 3]) = (wi, wo);
         let mut rgb = [(); 3].map(|()| vec![0.0_f32; pairs.len()]);
         let [r, g, b] = &mut rgb;
         let pairs =

@@ -13,6 +13,21 @@ use crate::microfacet::{
 };
 
 /// The distributions that half vectors are drawn from.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, Sampler, Strategy, named, spherical};
+///
+/// let wo = spherical(0.8, 0.0);
+/// for strategy in [Strategy::Vndf, Strategy::Ggx] {
+///     let sampler = Sampler::new(named("chrome")?, MaskingKind::Exact, strategy);
+///     if let Some(drawn) = sampler.sample_with_weight(wo, [0.1, 0.5, 0.7]) {
+///         assert!(drawn.pdf > 0.0);
+///     }
+/// }
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Strategy {
     /// The visible normals of the SGD distribution itself, exactly.
@@ -48,6 +63,18 @@ pub(crate) const MIN_FRESNEL: f64 = 0.05;
 /// together (the balance heuristic of Veach and Guibas 1995), so every colour's weight
 /// f·cosθi/pdf is bounded by that of its own technique alone over q_j, and no colour sparkles
 /// where another colour's lobe found its peak.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, Sampler, Strategy, named, spherical};
+///
+/// let sampler = Sampler::new(named("gold-paint")?, MaskingKind::Exact, Strategy::Vndf);
+/// let drawn = sampler.sample_with_weight(spherical(0.5, 0.0), [0.2, 0.3, 0.6]);
+/// // f cosθi/pdf per colour; None is a draw below the horizon.
+/// assert!(drawn.is_none_or(|drawn| drawn.weight.iter().all(|w| w.is_finite())));
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampler {
     brdf: SgdBrdf,
@@ -240,16 +267,17 @@ impl Towards<'_> {
         let half_sum = wi + self.wo;
         let (tan2_h, cos_d) = (tan2_theta(half_sum), (0.5 * half_sum.length()).min(1.0));
         let [at_i, at_o] = [wi, self.wo].map(|w| Elevation::new(w, &brdf.lobes));
-        let (mut pdf, mut f) = (self.diffuse_density(wi), brdf.rho_d.map(|rho_d| rho_d * FRAC_1_PI));
+        let (mut pdf, mut f) =
+            (self.diffuse_density(wi), brdf.rho_d.map(|rho_d| rho_d * FRAC_1_PI));
         for ((lobe, towards), normals) in
             brdf.lobes.iter().zip(&self.lobes).zip(&self.sampler.normals)
         {
             let ndf = own_ndf(lobe, tan2_h);
             pdf += towards.density * normals.ndf(tan2_h, || ndf);
             let shape = FRAC_1_PI * ndf * (at_i.v(lobe) * at_o.v(lobe));
-            for c in 0..3 {
-                if lobe.rho_s[c] != 0.0 {
-                    f[c] += lobe.rho_s[c] * lobe.fresnel[c].eval(cos_d) * shape;
+            for ((f, rho_s), fresnel) in f.iter_mut().zip(lobe.rho_s).zip(&lobe.fresnel) {
+                if rho_s != 0.0 {
+                    *f += rho_s * fresnel.eval(cos_d) * shape;
                 }
             }
         }

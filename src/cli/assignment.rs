@@ -9,7 +9,7 @@ use crate::cli::output::Output;
 use crate::cli::selection::{self, Chosen};
 use sgdbake::scene::{Assignment, Pattern, SceneError, Slot, resolve};
 
-/// Which slots take which materials.
+/// The materials of slots.
 #[derive(Debug, clap::Args)]
 pub struct AssignmentArguments {
     /// A slot and its material. SLOT is a material name in the scene, a glob over names, '#N' for

@@ -47,7 +47,7 @@ pub struct Arguments {
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// What to store, separated by commas
+    /// The quantities to store, separated by commas
     #[arg(
         long,
         value_name = "LIST",
@@ -145,7 +145,7 @@ impl Arguments {
     }
 }
 
-/// What a bake tells its progress by: each material is sampled and fitted, and may get a 3D table;
+/// The steps of a bake's progress: each material is sampled and fitted, and may get a 3D table;
 /// to compare, each of the catalogue is sampled and gets a 3D table.
 fn steps(arguments: &Arguments, materials: &[Chosen]) -> u64 {
     let tables = usize::from(arguments.quantity.contains(&Quantity::Brdf3d));
@@ -208,7 +208,6 @@ fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything,
     let flat = Request { quantities: flat, depths, ..request.clone() };
     let solid = Request { quantities: solid, ..flat.clone() };
     let all: Vec<&Material> = catalog().iter().map(|entry| &entry.material).collect();
-    let texel_bytes = |tables: &[Table]| tables.iter().map(Table::bytes).sum::<usize>();
     let texture_bytes = texel_bytes(&lut::bake_with_progress(&all, &flat, step)?.tables);
     let mut everything = Everything { texture_bytes, out_of_reach: 0 };
     for material in all {
@@ -234,8 +233,15 @@ fn files(arguments: &Arguments, product: &Product) -> Vec<File> {
         ("manifest.json", product.manifest().to_text()),
     ];
     let texts = texts.map(|(name, text)| (name.to_owned(), Arc::from(text.into_bytes())));
-    let file = |(name, bytes)| File { path: arguments.output.join(name), bytes };
-    textures.chain(texts).map(file).collect()
+    textures
+        .chain(texts)
+        .map(|(name, bytes)| File { path: arguments.output.join(name), bytes })
+        .collect()
+}
+
+/// Bytes of the texels of some tables.
+fn texel_bytes(tables: &[Table]) -> usize {
+    tables.iter().map(Table::bytes).sum()
 }
 
 fn report(
@@ -306,6 +312,7 @@ impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
         match error {
             BuildError::Bake(error) => error.into(),
+            BuildError::Material(error) => Self::job(error),
             BuildError::Format(error) => Self::usage(error).help("choose --format exr"),
         }
     }
@@ -315,6 +322,8 @@ impl From<BakeError> for Failure {
     fn from(error: BakeError) -> Self {
         match error {
             BakeError::NotReached { .. } => Self::check(error).help("accept a larger --tolerance"),
+            BakeError::Memory { .. } => Self::job(error)
+                .help("choose a smaller --size, a larger --tolerance or fewer materials"),
             _ => Self::usage(error),
         }
     }

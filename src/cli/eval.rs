@@ -119,9 +119,8 @@ fn print_pair(
     let lobes = &terms.lobes[..material.lobes().len()];
     let of_channel = material.channel_lobes();
     if json {
-        let factors = |c: usize| of_channel.map(|of| Factors::of(&lobes[of[c]], c));
         let [r, g, b] = [0, 1, 2].map(|c| ChannelTerms {
-            factors: factors(c),
+            factors: of_channel.map(|of| Factors::of(&lobes[of[c]], c)),
             specular: terms.specular[c],
             diffuse: terms.diffuse[c],
             brdf: terms.brdf[c],
@@ -218,8 +217,10 @@ fn pair(line: &str) -> Result<(DVec3, DVec3), String> {
     let split = line.match_indices(',').nth(2).map(|(at, _)| at);
     let split =
         split.ok_or_else(|| format!("'{line}' is not a pair; give six numbers {HEADER}"))?;
-    let direction = |text: &str| {
-        text.parse::<Direction>().map(|direction| direction.0).map_err(|error| error.to_string())
-    };
     Ok((direction(&line[..split])?, direction(&line[split + 1..])?))
+}
+
+/// The direction that three numbers name.
+fn direction(text: &str) -> Result<DVec3, String> {
+    text.parse::<Direction>().map(|direction| direction.0).map_err(|error| error.to_string())
 }

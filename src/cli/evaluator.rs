@@ -37,7 +37,7 @@ impl From<MaskingChoice> for MaskingKind {
     }
 }
 
-/// Which arithmetic to evaluate in.
+/// The arithmetic to evaluate in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Precision {
     /// Double precision, the reference

@@ -33,7 +33,7 @@ pub struct Arguments {
     /// A built-in shape in place of a scene
     #[arg(long, value_enum, conflicts_with = "scene")]
     shape: Option<Shape>,
-    /// The file to write: .glb, or .gltf with its buffer and textures beside it
+    /// The file to write: .glb, or .gltf with its buffer and textures in the same folder
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
@@ -84,10 +84,19 @@ struct SlotReport<'a> {
     material: Option<&'a str>,
 }
 
+/// A written file.
 #[derive(Serialize)]
-struct FileReport<'a> {
+pub struct FileReport<'a> {
     path: &'a Path,
     bytes: u64,
+}
+
+impl<'a> FileReport<'a> {
+    /// The files of an export.
+    pub fn of(export: &'a Export) -> Vec<Self> {
+        let files = export.files.iter();
+        files.map(|file| Self { path: &file.path, bytes: file.len() }).collect()
+    }
 }
 
 /// Runs the command.
@@ -109,7 +118,9 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let replaced: Vec<_> = pairs.filter_map(|(slot, m)| Some((slot.id, &assets[(*m)?]))).collect();
     let scene = if arguments.prune { scene.pruned(&replaced)? } else { scene };
     let export = scene.export(&replaced, &arguments.output)?;
-    write(arguments, &changed(&export.files))?;
+    let inputs: Vec<&Path> =
+        arguments.scene.as_deref().into_iter().chain(arguments.assignments.inputs()).collect();
+    write(&arguments.output, &export.files, &inputs, arguments.writing)?;
     for warning in scene.warnings().iter().chain(&export.warnings) {
         output.note(format_args!("warning: {warning}"));
     }
@@ -118,15 +129,18 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
 
 fn open(arguments: &Arguments, output: &Output) -> Result<Scene, Failure> {
     match (&arguments.scene, arguments.shape) {
-        (Some(path), _) => {
-            let size = fs::metadata(path).map_or(0, |metadata| metadata.len());
-            let bar = output.progress(size, "reading");
-            let scene = Scene::open_with_progress(path, &mut |bytes| bar.set_position(bytes));
-            bar.finish_and_clear();
-            scene.map_err(|error| unreadable(path, error))
-        }
+        (Some(path), _) => read(path, output),
         (None, Some(Shape::Ball) | None) => Ok(Scene::ball(BALL_ROWS)?),
     }
+}
+
+/// Reads a scene, with a progress bar.
+pub fn read(path: &Path, output: &Output) -> Result<Scene, Failure> {
+    let size = fs::metadata(path).map_or(0, |metadata| metadata.len());
+    let bar = output.progress(size, "reading");
+    let scene = Scene::open_with_progress(path, &mut |bytes| bar.set_position(bytes));
+    bar.finish_and_clear();
+    scene.map_err(|error| unreadable(path, error))
 }
 
 /// A scene that cannot be read, with its path.
@@ -158,16 +172,20 @@ fn stands_already(file: &OutputFile) -> bool {
 
 /// Writes the files, the scene last: a reader that finds it finds everything. What belongs to a
 /// scene that sgdbake wrote (the buffer has no mark of its own) it may write again.
-fn write(arguments: &Arguments, files: &[&OutputFile]) -> Result<(), Failure> {
-    let Writing { dry_run, force } = arguments.writing;
-    let scene: Vec<&Path> = arguments.scene.iter().map(PathBuf::as_path).collect();
-    let inputs: Vec<&Path> = scene.into_iter().chain(arguments.assignments.inputs()).collect();
-    let own_scene = arguments.output.is_file() && is_ours(&arguments.output);
+pub fn write(
+    scene: &Path,
+    files: &[OutputFile],
+    inputs: &[&Path],
+    writing: Writing,
+) -> Result<(), Failure> {
+    let Writing { dry_run, force } = writing;
+    let files = changed(files);
+    let own_scene = scene.is_file() && is_ours(scene);
     let copies = files.iter().filter(|file| file.copy).map(|file| file.path.as_path());
-    arguments.writing.check(copies, &inputs)?;
+    writing.check(copies, inputs)?;
     let new: Vec<NewFile<'_>> =
         files.iter().rev().map(|file| NewFile::new(&file.path, |out| file.write_to(out))).collect();
-    Writing { dry_run, force: force || own_scene }.write_all(&new, &inputs)
+    Writing { dry_run, force: force || own_scene }.write_all(&new, inputs)
 }
 
 fn report(
@@ -178,22 +196,20 @@ fn report(
     export: &Export,
     output: &mut Output,
 ) -> Result<(), Failure> {
-    let material = |slot: usize| Some(&*assigned.materials[assigned.by_slot[slot]?].material.name);
     let slot_reports = slots.iter().enumerate().map(|(i, slot)| SlotReport {
         slot: slot.label(),
         index: slot.id.index(),
         meshes: &slot.meshes,
         triangles: slot.triangles,
         used: slot.used,
-        material: material(i),
+        material: assigned.by_slot[i].map(|chosen| &*assigned.materials[chosen].material.name),
     });
-    let files = export.files.iter().map(|file| FileReport { path: &file.path, bytes: file.len() });
     let warnings = scene.warnings().iter().chain(&export.warnings).map(String::as_str);
     let report = Report {
         schema: "sgdbake/export/1",
         dry_run: arguments.writing.dry_run,
         slots: slot_reports.collect(),
-        files: files.collect(),
+        files: FileReport::of(export),
         warnings: warnings.collect(),
     };
     if arguments.json { output.json(&report) } else { print(&report, output) }
@@ -211,9 +227,17 @@ fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
             name(&meshes)
         ))?;
     }
-    let verb = if report.dry_run { "would write" } else { "wrote" };
-    for file in &report.files {
-        output.line(format_args!("{verb} {} ({} bytes)", file.path.display(), file.bytes))?;
-    }
-    Ok(())
+    print_files(&report.files, report.dry_run, output)
+}
+
+/// A line for each file that was written, or would be.
+pub fn print_files(
+    files: &[FileReport<'_>],
+    dry_run: bool,
+    output: &mut Output,
+) -> Result<(), Failure> {
+    let verb = if dry_run { "would write" } else { "wrote" };
+    files.iter().try_for_each(|file| {
+        output.line(format_args!("{verb} {} ({} bytes)", file.path.display(), file.bytes))
+    })
 }

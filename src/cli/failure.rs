@@ -27,7 +27,7 @@ pub enum Failure {
     ClosedPipe,
 }
 
-/// What the user is told: what is wrong and what to do.
+/// A failure as the user sees it: what is wrong and what to do.
 #[derive(Debug)]
 pub struct Reported {
     exit: Exit,

@@ -26,8 +26,10 @@ fn free_name(name: &str, [start, end]: [&str; 2], taken: &mut HashSet<String>) -
 
 /// The name without what a path, a terminal or a link takes as more than a letter.
 fn plain(name: &str) -> String {
-    let keep = |c: char| c.is_alphanumeric() || "-_.@".contains(c);
-    let plain: String = name.chars().map(|c| if keep(c) { c } else { '-' }).collect();
+    let plain: String = name
+        .chars()
+        .map(|c| if c.is_alphanumeric() || "-_.@".contains(c) { c } else { '-' })
+        .collect();
     if plain.is_empty() || plain.starts_with('.') { format!("-{plain}") } else { plain }
 }
 

@@ -9,19 +9,16 @@ use serde::Serialize;
 
 use crate::cli::failure::Failure;
 use crate::cli::measured;
+use crate::cli::model_fit::{Carried, Fit, Model};
 use crate::cli::output::Output;
 use crate::cli::selection::Subjects;
-use sgdbake::brdf::{Brdf, OneLobe, Reflectance};
-use sgdbake::fit::gltf::GltfFit;
-use sgdbake::fit::mixture::{MAX_COMPONENTS, MixtureFit, Objective};
-use sgdbake::fit::one_lobe::OneLobeFit;
+use sgdbake::asset::direct_fits_of;
+use sgdbake::brdf::Reflectance;
+use sgdbake::fit::mixture::{MAX_COMPONENTS, Objective};
 use sgdbake::fit::target::Residuals;
-use sgdbake::fit::{
-    Metric, Reason, Target, gltf, gltf_measured, mixture, one_lobe, one_lobe_measured,
-};
+use sgdbake::fit::{Metric, Target};
 use sgdbake::material::Material;
 use sgdbake::measurement::Filled;
-use sgdbake::microfacet::Family;
 use sgdbake::report::appearance::{Appearance, ReferenceBall, evaluation_ns};
 use sgdbake::report::distance::Distance;
 use sgdbake::report::surface::{Surface, evaluated};
@@ -30,7 +27,8 @@ use sgdbake::report::surface::{Surface, evaluated};
 /// of a ball under one light, and what an evaluation costs.
 ///
 /// Of a measurement, each model is fitted to the measurement itself, and beside that to the SGD
-/// material that is fitted to it.
+/// material that is fitted to it. Of a refitted material of the catalogue, the fits to its
+/// measurement are shown; a mixture is then fitted to the SGD.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example:\n  sgdbake fit --material gold-paint --model ggx,gltf\n  sgdbake fit --all --model mixture --components 8 --json\n  sgdbake fit --measured paint.binary --model gltf --json"
@@ -53,31 +51,21 @@ pub struct Arguments {
     /// The measure of the errors of the model 'mixture'
     #[arg(long, value_enum, default_value_t)]
     objective: ObjectiveChoice,
+    /// What the models are fitted to
+    #[arg(long, value_enum, default_value_t)]
+    to: FittedTo,
     /// Machine-readable output, one JSON object a line
     #[arg(long)]
     json: bool,
-}
-
-/// A model to fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Model {
-    /// One Beckmann lobe, per channel and with one width for all three
-    Beckmann,
-    /// One GGX lobe, per channel and with one width for all three
-    Ggx,
-    /// Several Beckmann distributions with widths shared by the lobes
-    Mixture,
-    /// A glTF 2.0 material
-    Gltf,
 }
 
 /// The measure of a mixture's errors by its name on the command line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum ObjectiveChoice {
     /// The sum of their squares
-    #[default]
     LeastSquares,
     /// The largest of them
+    #[default]
     Minimax,
 }
 
@@ -90,29 +78,14 @@ impl From<ObjectiveChoice> for Objective {
     }
 }
 
-/// The result of a fit.
-#[derive(Clone, Debug, Serialize)]
-#[serde(untagged)]
-enum Fit {
-    OneLobe(Box<OneLobeFit>),
-    Joint(Box<JointFit>),
-    Mixture(MixtureFit),
-    Gltf(GltfFit),
-}
-
-/// One lobe of one width, fitted to a measurement.
-#[derive(Clone, Debug, Serialize)]
-struct JointFit {
-    joint: OneLobe,
-    joint_residuals: Residuals,
-    reasons: Vec<Reason>,
-}
-
 /// What a fit is made to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 enum FittedTo {
+    /// The measured surface where one is known, else the SGD material
+    #[default]
     Measurement,
+    /// The SGD material
     Sgd,
 }
 
@@ -201,38 +174,29 @@ impl Study {
     fn of_material(material: &Material, arguments: &Arguments) -> Self {
         let target = Target::new(material);
         let ball = ReferenceBall::new(material);
-        let fit = |model: &Model| {
-            let fit = model.fit(&target, arguments.components, arguments.objective.into());
-            let pictured = fit.pictured(material, &ball, None);
-            Fitted { model: *model, fit, pictured, fitted_to: FittedTo::Sgd, of_sgd: None }
-        };
-        let fits = arguments.model.iter().map(fit).collect();
-        Self { name: material.name.clone(), pairs: timed(&target), fits, sgd: None }
+        let fits = arguments.model.iter().map(|model| arguments.fit(*model, &target, &ball));
+        let fits: Vec<Fitted> = fits.collect();
+        let known = fits.iter().any(|fitted| fitted.fitted_to == FittedTo::Measurement);
+        let known = direct_fits_of(material).filter(|_| known);
+        Self {
+            name: material.name.clone(),
+            pairs: timed(&target),
+            fits,
+            sgd: known.map(|fits| fits.refit.into()),
+        }
     }
 
     fn of_measurement(path: &Path, arguments: &Arguments) -> Result<Self, Failure> {
         let (measurement, surface, sgd) = measured::surface_and_fit(path)?;
-        let material = &sgd.material;
-        let target = Target::new(material);
+        let target = Target::new(&sgd.material);
         let ball = ReferenceBall::of(&Filled(&measurement.averaged()));
-        let fit = |model: &Model| {
-            let of_sgd = model.fit(&target, arguments.components, arguments.objective.into());
-            let of_sgd = (of_sgd.pictured(material, &ball, Some(&surface)), of_sgd);
-            let (fitted_to, (pictured, fit), of_sgd) = match model.fit_measured(&surface) {
-                Some(fit) => {
-                    let pictured = fit.pictured(material, &ball, Some(&surface));
-                    let (of_pictured, of_fit) = of_sgd;
-                    (FittedTo::Measurement, (pictured, fit), Some((of_fit, of_pictured)))
-                }
-                None => (FittedTo::Sgd, of_sgd, None),
-            };
-            Fitted { model: *model, fit, pictured, fitted_to, of_sgd }
-        };
+        let fits = arguments.model.iter();
+        let fits = fits.map(|model| arguments.fit_measured(*model, &target, &ball, &surface));
         Ok(Self {
-            name: material.name.clone(),
+            name: sgd.material.name.clone(),
             pairs: timed(&target),
-            fits: arguments.model.iter().map(fit).collect(),
-            sgd: Some(surface.reference.distance(&evaluated(material))),
+            fits: fits.collect(),
+            sgd: Some(surface.reference.distance(&evaluated(&sgd.material))),
         })
     }
 
@@ -254,7 +218,8 @@ impl Study {
                 let Some(distance) = &pictured.distance else { continue };
                 let name = fitted.model.name();
                 let row = match to {
-                    FittedTo::Measurement => name.to_owned(),
+                    FittedTo::Measurement if fitted.pictured.len() == 1 => name.to_owned(),
+                    FittedTo::Measurement => format!("{name}, {}", pictured.of),
                     FittedTo::Sgd => format!("{name}, {} of SGD", pictured.of),
                 };
                 output.line(measured::error_row(&row, distance))?;
@@ -262,6 +227,75 @@ impl Study {
         }
         Ok(())
     }
+}
+
+impl Arguments {
+    /// A model of a material: the catalogue's fit to its measurement, or one to the material.
+    fn fit(&self, model: Model, target: &Target, ball: &ReferenceBall) -> Fitted {
+        let material = &target.material;
+        let carried = (self.to == FittedTo::Measurement).then(|| model.carried(target)).flatten();
+        let Some(Carried { fit, distance }) = carried else {
+            let fit = model.fit(target, self.components, self.objective.into());
+            let pictured = pictured(&fit, material, ball, |_| None);
+            return Fitted { model, fit, pictured, fitted_to: FittedTo::Sgd, of_sgd: None };
+        };
+        let pictured = pictured(&fit, material, ball, |_| Some(distance.into()));
+        Fitted { model, fit, pictured, fitted_to: FittedTo::Measurement, of_sgd: None }
+    }
+
+    /// A model of a measurement, and of the SGD material `target` of it.
+    fn fit_measured(
+        &self,
+        model: Model,
+        target: &Target,
+        ball: &ReferenceBall,
+        surface: &Surface,
+    ) -> Fitted {
+        let material = &target.material;
+        let picture = |fit: &Fit| {
+            let distance = |model: &dyn Reflectance| Some(surface.reference.distance(model));
+            pictured(fit, material, ball, distance)
+        };
+        let of_sgd = model.fit(target, self.components, self.objective.into());
+        let of_sgd_pictured = picture(&of_sgd);
+        match self.to {
+            FittedTo::Sgd => Fitted {
+                model,
+                fit: of_sgd,
+                pictured: of_sgd_pictured,
+                fitted_to: FittedTo::Sgd,
+                of_sgd: None,
+            },
+            FittedTo::Measurement => {
+                let fit = model.fit_measured(surface, material, &of_sgd);
+                Fitted {
+                    model,
+                    pictured: picture(&fit),
+                    fit,
+                    fitted_to: FittedTo::Measurement,
+                    of_sgd: Some((of_sgd, of_sgd_pictured)),
+                }
+            }
+        }
+    }
+}
+
+/// Each reflectance that a fit offers, with its picture and its distance from a measurement.
+fn pictured(
+    fit: &Fit,
+    material: &Material,
+    ball: &ReferenceBall,
+    distance: impl Fn(&dyn Reflectance) -> Option<Distance>,
+) -> Vec<Pictured> {
+    let reflectances = fit.reflectances(material).into_iter();
+    let pictured = reflectances.map(|(of, residuals, reflectance)| Pictured {
+        of,
+        residuals,
+        delta_e: ball.delta_e(&*reflectance),
+        distance: distance(&*reflectance),
+        reflectance,
+    });
+    pictured.collect()
 }
 
 /// The pairs that evaluations are timed on.
@@ -318,125 +352,6 @@ impl Pictured {
         let [delta_e_mean, delta_e_max] = self.delta_e;
         let evaluation_ns = evaluation_ns(&*self.reflectance, pairs);
         Appearance { of: self.of, delta_e_mean, delta_e_max, evaluation_ns }
-    }
-}
-
-impl Model {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Beckmann => "beckmann",
-            Self::Ggx => "ggx",
-            Self::Mixture => "mixture",
-            Self::Gltf => "gltf",
-        }
-    }
-
-    fn fit(self, target: &Target, count: usize, objective: Objective) -> Fit {
-        let one_lobe = |family| {
-            Fit::OneLobe(Box::new(one_lobe::fit_target(target, family, Metric::default())))
-        };
-        match self {
-            Self::Beckmann => one_lobe(Family::Beckmann),
-            Self::Ggx => one_lobe(Family::Ggx),
-            Self::Mixture => Fit::Mixture(mixture::fit_target(target, count, objective)),
-            Self::Gltf => Fit::Gltf(gltf::fit_target(target, Metric::default())),
-        }
-    }
-
-    /// The fit to a measurement itself; none of a mixture, which describes an SGD lobe.
-    fn fit_measured(self, surface: &Surface) -> Option<Fit> {
-        let residuals = |fit: &dyn Reflectance| surface.reference.residuals(fit);
-        let one_lobe = |family| {
-            let joint = one_lobe_measured::fit(&surface.target, family);
-            let joint_residuals = residuals(&joint.brdf());
-            Fit::Joint(Box::new(JointFit { joint, joint_residuals, reasons: Vec::new() }))
-        };
-        match self {
-            Self::Beckmann => Some(one_lobe(Family::Beckmann)),
-            Self::Ggx => Some(one_lobe(Family::Ggx)),
-            Self::Mixture => None,
-            Self::Gltf => {
-                let material = gltf_measured::fit(&surface.target).material;
-                let residuals = residuals(&material);
-                Some(Fit::Gltf(GltfFit { material, residuals, reasons: Vec::new() }))
-            }
-        }
-    }
-}
-
-type Named = (&'static str, Residuals, Box<dyn Reflectance + Send>);
-
-impl Fit {
-    /// Each reflectance that the fit offers, with its picture and its distance from a surface.
-    fn pictured(
-        &self,
-        material: &Material,
-        ball: &ReferenceBall,
-        surface: Option<&Surface>,
-    ) -> Vec<Pictured> {
-        let pictured = |(of, residuals, reflectance): Named| {
-            let delta_e = ball.delta_e(&*reflectance);
-            let distance = surface.map(|surface| surface.reference.distance(&*reflectance));
-            Pictured { of, reflectance, residuals, delta_e, distance }
-        };
-        self.reflectances(material).into_iter().map(pictured).collect()
-    }
-
-    /// Each reflectance that the fit offers.
-    fn reflectances(&self, material: &Material) -> Vec<Named> {
-        match self {
-            Self::OneLobe(fit) => vec![
-                ("per channel", fit.per_channel_residuals, Box::new(fit.per_channel.brdf())),
-                ("joint", fit.joint_residuals, Box::new(fit.joint.brdf())),
-            ],
-            Self::Joint(fit) => vec![("joint", fit.joint_residuals, Box::new(fit.joint.brdf()))],
-            Self::Mixture(fit) => {
-                let brdf = Brdf::of_mixture(material, &fit.mixture);
-                vec![("mixture", fit.residuals, Box::new(brdf))]
-            }
-            Self::Gltf(fit) => vec![("material", fit.residuals, Box::new(fit.material))],
-        }
-    }
-
-    fn reasons(&self) -> &[Reason] {
-        match self {
-            Self::OneLobe(fit) => &fit.reasons,
-            Self::Joint(fit) => &fit.reasons,
-            Self::Mixture(fit) => &fit.reasons,
-            Self::Gltf(fit) => &fit.reasons,
-        }
-    }
-
-    /// The parameters in words.
-    fn parameters(&self) -> String {
-        match self {
-            Self::OneLobe(fit) => {
-                let alpha = |fit: &OneLobe| fit.channels.map(|c| c.alpha);
-                let [r, g, b] = alpha(&fit.per_channel);
-                format!("alpha {r:.4} {g:.4} {b:.4}; joint {:.4}", fit.joint.channels[0].alpha)
-            }
-            Self::Joint(fit) => format!("alpha {:.4}", fit.joint.channels[0].alpha),
-            Self::Mixture(fit) => {
-                let numbers = |digits: usize, numbers: &[f64]| -> String {
-                    let texts: Vec<String> =
-                        numbers.iter().map(|n| format!("{n:.digits$}")).collect();
-                    texts.join(" ")
-                };
-                let (alpha, error) = (numbers(4, &fit.mixture.alpha), numbers(5, &fit.ndf_error));
-                format!("alpha {alpha}; error of D {error}")
-            }
-            Self::Gltf(fit) => {
-                let m = &fit.material;
-                let coat =
-                    m.clearcoat.zip(m.clearcoat_roughness).map_or_else(String::new, |(c, r)| {
-                        format!(", clearcoat {c:.3} roughness {r:.3}")
-                    });
-                format!(
-                    "base {:.3?}, metallic {:.3}, roughness {:.3}, specular {:.3} {:.3?}{coat}",
-                    m.base_color, m.metallic, m.roughness, m.specular_factor, m.specular_color
-                )
-            }
-        }
     }
 }
 

@@ -78,19 +78,20 @@ fn print_scene(scene: &SceneContent, output: &mut Output) -> Result<(), Failure>
     Ok(())
 }
 
+/// An error with its name, if there is one.
+fn error_text(name: &str, error: Option<f64>) -> String {
+    error.map_or_else(String::new, |error| format!(", {name} {error:.2e}"))
+}
+
 fn texture_line(texture: &TextureEntry) -> String {
     let size: Vec<_> = texture.size.iter().map(usize::to_string).collect();
-    let error = |name: &str, value: Option<f64>| match value {
-        Some(value) => format!(", {name} {value:.2e}"),
-        None => String::new(),
-    };
     format!(
         "texture {}: {} {} {}{}{}",
         texture.quantity.name(),
         size.join(" × "),
         texture.depth.name(),
         texture.format.extension(),
-        error("tolerance", texture.error.tolerance),
-        error("measured error", texture.error.measured),
+        error_text("tolerance", texture.error.tolerance),
+        error_text("measured error", texture.error.measured),
     )
 }

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
-use crate::cli::measured::{self, distances};
+use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
 use sgdbake::asset::{Measured, Parameters};
 use sgdbake::brdf::GltfBrdf;
@@ -118,9 +118,9 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let about = Measured {
         source,
         energy: arguments.options().energy,
-        error: distances(fits.chosen.distance),
+        error: fits.chosen.distance.into(),
         gltf: fits.gltf,
-        gltf_error: distances(fits.gltf_distance),
+        gltf_error: fits.gltf_distance.into(),
     };
     let file = NewFile::of_bytes(&arguments.output, about.to_text(&fits.chosen.material));
     arguments.writing.write_all(&[file], &inputs)?;

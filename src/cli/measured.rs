@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use sgdbake::asset::Distances;
 use sgdbake::fit::sgd::Options;
 use sgdbake::measurement::{Measurement, MeasurementError, Problem};
 use sgdbake::report::distance::Distance;
@@ -76,13 +75,6 @@ pub fn surface_and_fit(path: &Path) -> Result<(Measurement, Surface, SurfaceFit)
 pub fn unfit(path: &Path, error: &SurfaceError) -> Failure {
     Failure::job(format!("{}: {error}", path.display()))
         .help("'sgdbake audit --measured FILE' shows what a measurement covers")
-}
-
-/// A distance as files keep it.
-#[must_use]
-pub fn distances(distance: Distance) -> Distances {
-    let Distance { suns, highlights, absolute, relative, lightness } = distance;
-    Distances { suns, highlights, absolute, relative, lightness }
 }
 
 /// The head of a table of distances.

@@ -22,12 +22,15 @@ mod man;
 mod materials;
 mod measure;
 mod measured;
+mod model_fit;
 mod preview;
+mod restore;
 mod sample;
 mod sheet;
 mod slice;
 mod speed_error;
 mod tabulate;
+mod view;
 
 use std::process::ExitCode;
 #[cfg(unix)]
@@ -72,7 +75,7 @@ enum Command {
     Eval(eval::Arguments),
     /// The factors D, Λ, G1 and F against one angle
     Slice(slice::Arguments),
-    /// The albedo estimated by sampling, beside its quadrature
+    /// The albedo, estimated by sampling and by quadrature
     Sample(sample::Arguments),
     /// A measurement as a material file: SGD lobes fitted to it, with the errors
     Measure(measure::Arguments),
@@ -82,14 +85,18 @@ enum Command {
     Fit(fit::Arguments),
     /// A scene with measured materials in its slots: fitted, with parameters and textures
     Export(export::Arguments),
-    /// What is in a scene, a manifest or a lookup texture
+    /// The extension of an exported scene, rebuilt from its extras after a tool dropped it
+    Restore(restore::Arguments),
+    /// The contents of a scene, a manifest or a lookup texture
     Inspect(inspect::Arguments),
-    /// What materials keep and break: reciprocity, energy, Fresnel and half-float ranges
+    /// An audit of materials: reciprocity, energy, Fresnel and half-float ranges
     Audit(audit::Arguments),
     /// A picture of a ball or a mesh
     Preview(preview::Arguments),
     /// The material sheet of the paper's supplement, as HTML
     Sheet(sheet::Arguments),
+    /// A page to look at a scene or balls: exact beside glTF, in any browser, offline
+    View(view::Arguments),
     /// A material or a measurement as a file of measured reflectance: MERL or RGL
     Tabulate(tabulate::Arguments),
     /// Speed against error of every way to evaluate a material
@@ -134,10 +141,12 @@ fn run(command: &Command, output: &mut Output) -> Result<(), Failure> {
         Command::Bake(arguments) => bake::run(arguments, output),
         Command::Fit(arguments) => fit::run(arguments, output),
         Command::Export(arguments) => export::run(arguments, output),
+        Command::Restore(arguments) => restore::run(arguments, output),
         Command::Inspect(arguments) => inspect::run(arguments, output),
         Command::Audit(arguments) => audit::run(arguments, output),
         Command::Preview(arguments) => preview::run(arguments, output),
         Command::Sheet(arguments) => sheet::run(arguments, output),
+        Command::View(arguments) => view::run(arguments, output),
         Command::Tabulate(arguments) => tabulate::run(arguments, output),
         Command::SpeedError(arguments) => speed_error::run(arguments, output),
         Command::Completions(arguments) => completions::run(arguments, output),

@@ -14,7 +14,7 @@ use crate::cli::failure::Failure;
 use crate::cli::ownership::is_ours;
 use crate::cli::terminal::{name, printable, printable_json};
 
-/// Whether a command writes its files, and over what.
+/// What a command may write: nothing, new files, or over existing ones.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct Writing {
     /// Say what would be written, and write nothing
@@ -177,12 +177,12 @@ impl Writing {
     ///
     /// As [`Writing::check`]; a folder or file that cannot be written.
     pub fn write_all(&self, files: &[NewFile<'_>], inputs: &[&Path]) -> Result<(), Failure> {
-        let paths = || files.iter().map(|file| file.path.as_path());
-        self.check(paths(), inputs)?;
+        let paths = files.iter().map(|file| file.path.as_path());
+        self.check(paths.clone(), inputs)?;
         if self.dry_run {
             return Ok(());
         }
-        let folders: BTreeSet<&Path> = paths().map(parent).collect();
+        let folders: BTreeSet<&Path> = paths.map(parent).collect();
         let _locks: Vec<Option<fs::File>> =
             folders.into_iter().map(prepared).collect::<Result<_, _>>()?;
         let complete: Vec<NamedTempFile> = files.iter().map(complete).collect::<Result<_, _>>()?;
@@ -239,13 +239,15 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     }
 }
 
+/// Returns whether an entry of a folder is a file that a run writes under a temporary name.
+fn is_unfinished(entry: &fs::DirEntry) -> bool {
+    entry.file_name().to_string_lossy().starts_with(UNFINISHED)
+        && entry.file_type().is_ok_and(|kind| kind.is_file())
+}
+
 /// Removes the unfinished files of runs that were killed: those that nobody holds a lock on.
 fn remove_leftovers(folder: &Path) {
-    let unfinished = |entry: &fs::DirEntry| {
-        entry.file_name().to_string_lossy().starts_with(UNFINISHED)
-            && entry.file_type().is_ok_and(|kind| kind.is_file())
-    };
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(unfinished) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(is_unfinished) {
         let file = fs::File::open(entry.path());
         if file.is_ok_and(|file| file.try_lock().is_ok()) {
             // Another run may be quicker; whoever cannot remove it leaves it.

@@ -9,9 +9,7 @@ use crate::cli::input::check_regular;
 use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection::Subjects;
-use sgdbake::brdf::Reflectance;
-use sgdbake::brdf::batch::SamplerBatch;
-use sgdbake::lut::BakeError;
+use sgdbake::brdf::{Reflectance, Sampler};
 use sgdbake::measurement::{Filled, Measurement};
 use sgdbake::preview::environment::EnvironmentError;
 use sgdbake::preview::render::{Quality, Render, drawn_from, drawn_like, render};
@@ -123,22 +121,20 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     }
     let count = materials.len() + measurements.len();
     let bar = output.progress(u64::from(arguments.size) * count as u64, "rows");
-    let picture = |surface: &SamplerBatch, shown: &dyn Reflectance| {
+    let picture = |surface: &Sampler, shown: &dyn Reflectance| {
         let quality = arguments.quality();
         let [picture] = render(&shape, &environment, surface, [shown], quality, &|| bar.inc(1));
         picture
     };
-    let of_material = |material| {
+    let mut pictures: Vec<Render> = Vec::with_capacity(count);
+    for material in &materials {
         let reflectance = Model::from(arguments.model).reflectance(material)?;
-        Ok(picture(&drawn_from(material), reflectance.as_ref()))
-    };
-    let of_measurement = |measurement| {
+        pictures.push(picture(&drawn_from(material), reflectance.as_ref()));
+    }
+    for measurement in &measurements {
         let filled = Filled(measurement);
-        picture(&drawn_like(&filled), &filled)
-    };
-    let mut pictures: Vec<Render> =
-        materials.iter().map(of_material).collect::<Result<_, BakeError>>()?;
-    pictures.extend(measurements.iter().map(|measurement| of_measurement(measurement)));
+        pictures.push(picture(&drawn_like(&filled), &filled));
+    }
     bar.finish_and_clear();
     let noise = pictures.iter().map(|picture| picture.noise).fold(0.0, f64::max);
     let films: Vec<Film> = pictures.into_iter().map(|picture| picture.film).collect();
@@ -170,9 +166,8 @@ pub(super) fn environment(path: &Path) -> Result<Environment, Failure> {
     check_regular(path)?;
     Environment::load(path).map_err(|error| match error {
         EnvironmentError::Dark => Failure::job(format!("{}: {error}", path.display())),
-        EnvironmentError::Unreadable { .. } => Failure::job(error).help(
-            "accepted are equirectangular .hdr and .exr images; without one, built-in lights",
-        ),
+        EnvironmentError::Unreadable { .. } => Failure::job(error)
+            .help("use an equirectangular .hdr or .exr image, or leave it out for built-in lights"),
     })
 }
 
@@ -180,7 +175,7 @@ fn shape(path: Option<&Path>, output: &Output) -> Result<Shape, Failure> {
     let Some(path) = path else { return Ok(Shape::Ball) };
     let unusable = |reason: &dyn std::fmt::Display| {
         Failure::job(format!("{}: {reason}", path.display()))
-            .help("accepted are .obj, .gltf and .glb with uncompressed triangles")
+            .help("use a .obj, .gltf or .glb file with uncompressed triangles")
     };
     let scene = Scene::open(path).map_err(|error| unusable(&error))?;
     scene.warnings().iter().for_each(|warning| output.note(warning));

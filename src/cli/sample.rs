@@ -1,4 +1,4 @@
-//! `sgdbake sample`: the Monte Carlo albedo estimate beside the quadrature value.
+//! `sgdbake sample`: the albedo by Monte Carlo and by quadrature.
 
 use clap::ValueEnum;
 use serde::Serialize;

@@ -18,8 +18,9 @@ use sgdbake::fit::sgd::Energy;
 use sgdbake::lut::Extent;
 use sgdbake::material::{Edition, Material, MaterialFileError, find, load, named, refit_of};
 use sgdbake::math::direction::normalised;
+use sgdbake::report::surface::{Surface, SurfaceFit};
 
-/// How large lookup textures become.
+/// The size of lookup textures.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct ExtentArguments {
     /// The error to keep, 1e-6 to 0.5: |f_lut − f|cosθi relative to its maximum for the viewer plus
@@ -59,6 +60,20 @@ impl From<Material> for Chosen {
 }
 
 impl Chosen {
+    /// What is fitted to the measurement at `path`: the material, and the glTF material.
+    #[must_use]
+    pub fn fitted(path: &Path, surface: &Surface, fit: SurfaceFit) -> Self {
+        let gltf = gltf_measured::fit(&surface.target).material;
+        let measured = Measured {
+            source: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            energy: Energy::Conserve,
+            error: fit.distance.into(),
+            gltf,
+            gltf_error: surface.reference.distance(&gltf).into(),
+        };
+        Self { material: fit.material, measured: Some(measured) }
+    }
+
     /// The material as it is built.
     #[must_use]
     pub fn subject(&self) -> Subject<'_> {
@@ -75,15 +90,7 @@ pub fn chosen(name: &str, output: &Output) -> Result<Chosen, Failure> {
     let path = Path::new(name);
     if named(name).is_err() && measured::is_named_so(path) {
         let (surface, fit) = measured::fitted(path, output)?;
-        let gltf = gltf_measured::fit(&surface.target).material;
-        let measured = Measured {
-            source: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            energy: Energy::Conserve,
-            error: measured::distances(fit.distance),
-            gltf,
-            gltf_error: measured::distances(surface.reference.distance(&gltf)),
-        };
-        return Ok(Chosen { material: fit.material, measured: Some(measured) });
+        return Ok(Chosen::fitted(path, &surface, fit));
     }
     let material = material(name, output)?;
     let is_file = named(name).is_err() && path.is_file();
@@ -97,7 +104,7 @@ pub fn chosen(name: &str, output: &Output) -> Result<Chosen, Failure> {
 ///
 /// # Errors
 ///
-/// Neither: the nearest names. A file that cannot be read or is no material: file, line and key.
+/// Neither: the nearest names. A file that cannot be read or is not a material: file, line and key.
 pub fn material(name: &str, output: &Output) -> Result<Material, Failure> {
     let unknown = match named(name) {
         Ok(material) => return Ok(material.clone()),
@@ -292,7 +299,7 @@ impl From<MaterialFileError> for Failure {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Direction(pub DVec3);
 
-/// Why three numbers are no direction.
+/// The reason why three numbers are not a direction.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DirectionError {
     /// Not three comma-separated numbers.

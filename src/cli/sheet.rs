@@ -1,4 +1,4 @@
-//! `sgdbake sheet`: one HTML page per material, and their index.
+//! `sgdbake sheet`: one HTML page per material, their index, and a page to look at them.
 
 use std::path::{Path, PathBuf};
 
@@ -9,16 +9,19 @@ use crate::cli::file_names::file_names;
 use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::preview::environment;
-use crate::cli::selection::Subjects;
+use crate::cli::selection::{Chosen, Subjects};
+use crate::cli::view::{balls, editions};
 use sgdbake::material::Material;
 use sgdbake::preview::Environment;
 use sgdbake::report::sheet::{Page, measured_page, page};
 use sgdbake::report::sheet_page::index;
+use sgdbake::report::view;
 
 /// Writes the sheet of each material: parameters, pictures of the material and of its best fits
 /// with the differences, lobes, distribution, Fresnel, masking, albedo and audit.
 ///
-/// Of a measurement, every model is fitted to it and compared with it.
+/// Of a measurement, every model is fitted to it and compared with it. The sheets link to view.html,
+/// which shows the materials as 'sgdbake view' does.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example:\n  sgdbake sheet --material alum-bronze --material chrome -o sheets\n  sgdbake sheet --measured paint.binary -o sheets"
@@ -42,9 +45,10 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let measured = arguments.subjects.measured.iter().map(|path| measured::name(path));
     let names: Vec<String> =
         materials.iter().map(|material| material.name.clone()).chain(measured).collect();
-    let files = file_names(names.iter().map(String::as_str), ["", ".html"], &[INDEX]);
+    let files = file_names(names.iter().map(String::as_str), ["", ".html"], &[INDEX, view::FILE]);
     let path = |file: &str| arguments.output.join(file);
-    let paths: Vec<PathBuf> = files.iter().map(|file| path(file)).chain([path(INDEX)]).collect();
+    let names = files.iter().map(String::as_str).chain([view::FILE, INDEX]);
+    let paths: Vec<PathBuf> = names.map(path).collect();
     let inputs: Vec<&Path> =
         arguments.subjects.inputs().chain(arguments.environment.as_deref()).collect();
     arguments.writing.check(paths.iter().map(PathBuf::as_path), &inputs)?;
@@ -81,6 +85,8 @@ fn write(
     let (of_materials, of_measurements) = files.split_at(materials.len());
     let mut pages: Vec<Page> =
         materials.par_iter().zip(of_materials).map(finished).collect::<Result<_, Failure>>()?;
+    let mut shown: Vec<Chosen> =
+        materials.iter().flat_map(|material| editions(material.clone().into())).collect();
     // One after the other: each may take as much memory as two of its files.
     for (path, file) in arguments.subjects.measured.iter().zip(of_measurements) {
         let (measurement, surface, fit) = measured::surface_and_fit(path)?;
@@ -90,7 +96,11 @@ fn write(
         write(file, &page.html)?;
         bar.inc(1);
         pages.push(page);
+        shown.push(Chosen::fitted(path, &surface, fit));
     }
     bar.finish_and_clear();
+    let view = balls(&shown, None)?;
+    let file = NewFile::new(arguments.output.join(view::FILE), |file| view.write_to(file));
+    arguments.writing.write_all(&[file], &[])?;
     write(INDEX, &index(files.iter().map(String::as_str).zip(&pages)))
 }

@@ -62,11 +62,11 @@ struct Factors {
 
 impl Channels {
     fn of(lobes: &[LobeCurves], of_channel: [usize; 3]) -> Self {
-        let factors = |c: usize| {
+        let [r, g, b] = [0, 1, 2].map(|c| {
             let LobeCurves { ndf, lambda, g1, fresnel } = lobes[of_channel[c]];
             Factors { ndf, lambda, g1, fresnel: fresnel[c] }
-        };
-        Self { r: factors(0), g: factors(1), b: factors(2) }
+        });
+        Self { r, g, b }
     }
 }
 

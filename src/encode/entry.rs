@@ -42,12 +42,12 @@ pub struct TextureEntry {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Location {
-    /// A file beside the manifest.
+    /// A file in the manifest's folder.
     File {
         /// Its name.
         file: String,
     },
-    /// A file beside the glTF.
+    /// A file in the glTF's folder.
     Uri {
         /// Its relative URI.
         uri: String,
@@ -63,7 +63,7 @@ pub enum Location {
     },
 }
 
-/// How the texels beside a coordinate become one.
+/// How the texels around a coordinate become one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {

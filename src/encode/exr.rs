@@ -13,6 +13,7 @@ use exr::prelude::*;
 use crate::encode::entry::TextureEntry;
 use crate::encode::format::Format;
 use crate::encode::{GENERATOR, KEY};
+use crate::lut::range::WIDTHS;
 use crate::lut::{Table, Texels};
 
 /// Encodes a table as OpenEXR; `None` for 16-bit integer texels.
@@ -54,15 +55,14 @@ fn written<S: IntoSample>(
     rgb: impl Fn(usize) -> [S; 3] + Sync,
     bytes: usize,
 ) -> Vec<u8> {
-    let pixel = |at: Vec2<usize>| {
-        let [r, g, b] = rgb(at.flat_index_for_size(size));
-        (b, g, r)
-    };
     let channels = SpecificChannels::build()
         .with_channel("B")
         .with_channel("G")
         .with_channel("R")
-        .with_pixel_fn(pixel);
+        .with_pixel_fn(|at| {
+            let [r, g, b] = rgb(at.flat_index_for_size(size));
+            (b, g, r)
+        });
     let layer = Layer::new(size, attributes, encoding, channels);
     let mut bytes = Cursor::new(Vec::with_capacity(bytes + bytes / 32 + (1 << 16)));
     Image::from_layer(layer)
@@ -79,6 +79,10 @@ fn written<S: IntoSample>(
 /// The header, or a block of texels that it claims, cannot be read.
 pub fn entry(bytes: &[u8]) -> Result<Option<String>> {
     let reader = Reader::read_from_buffered(Cursor::new(bytes), false)?;
+    // The reader allocates as many scanlines at once as a header claims to be in a block.
+    if reader.headers().iter().any(|header| header.layer_size.width() > *WIDTHS.end()) {
+        return Err(Error::Invalid("wider than any lookup texture".into()));
+    }
     let attributes = reader.headers().iter().flat_map(|header| {
         header.own_attributes.other.iter().chain(&header.shared_attributes.other)
     });

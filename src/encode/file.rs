@@ -47,6 +47,25 @@ pub enum EntryError {
 /// # Errors
 ///
 /// Texels that the format cannot hold: integers in EXR and KTX 2, floats in PNG.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::encode::read_entry;
+/// use sgdbake::{Format, encode};
+/// use sgdbake::{Depths, Extent, MaskingKind, Quantity, Request, bake, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let baked = bake(&[named("gold-paint")?], &request)?;
+/// let exr = encode(&baked.tables[0], Format::Exr)?;
+/// assert_eq!(read_entry(&exr)?.quantity, Quantity::Ndf);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn encode(table: &Table, format: Format) -> Result<Vec<u8>, UnsupportedDepth> {
     let bytes = match format {
         Format::Exr => exr::encode(table),

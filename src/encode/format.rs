@@ -6,6 +6,16 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 /// A texture file format.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::Format;
+///
+/// assert_eq!("exr".parse(), Ok(Format::Exr));
+/// assert_eq!(Format::Ktx2.extension(), "ktx2");
+/// assert!("jpg".parse::<Format>().is_err());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {

@@ -18,11 +18,11 @@ const XYZ_OVER_WHITE: [[f64; 3]; 3] = [
 
 /// How much of a highlight's brightness above white counts: a picture of it shows white, but under
 /// another light, or at another exposure, it would not.
-const ABOVE_WHITE: f64 = 0.1;
+const ABOVE_WHITE: f64 = 0.4;
 
 impl Lab {
     /// The colour of a radiance relative to white; what exceeds white counts by its logarithm,
-    /// 1 + 0.1 ln x.
+    /// 1 + 0.4 ln x.
     #[must_use]
     pub fn of_radiance(rgb: [f64; 3]) -> Self {
         let shown = rgb.map(compressed);
@@ -42,7 +42,7 @@ impl Lab {
     }
 }
 
-/// x below white, 1 + 0.1 ln x above; and the slope.
+/// x below white, 1 + 0.4 ln x above; and the slope.
 fn compressed(x: f64) -> (f64, f64) {
     if x <= 1.0 { (x, 1.0) } else { (1.0 + ABOVE_WHITE * x.ln(), ABOVE_WHITE / x) }
 }

@@ -9,7 +9,7 @@ use crate::math::least_squares::{Bounds, Minimum, NormalEquations, minimise};
 const ROUGH: f64 = 3e-3;
 const FINE: f64 = 1e-5;
 /// Starts that are followed to the end.
-const FOLLOWED: usize = 3;
+const FOLLOWED: usize = 4;
 
 /// The best of the local minima that `starts` lead to: by `rough` equations first, the most
 /// promising by `fine` ones.

@@ -45,6 +45,16 @@ const COAT_TOLERANCE: f64 = 1e-3;
 const WORTHWHILE: f64 = 0.95;
 
 /// The best glTF material in the default metric.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{fit_gltf, named};
+///
+/// let fit = fit_gltf(named("alum-bronze")?);
+/// assert!((0.0..=1.0).contains(&fit.material.roughness));
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[must_use]
 pub fn fit(material: &Material) -> GltfFit {
     fit_target(&Target::new(material), Metric::default())

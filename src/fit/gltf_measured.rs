@@ -58,6 +58,17 @@ pub fn fit(target: &MeasuredTarget) -> GltfMeasuredFit {
     GltfMeasuredFit { material, difference: whole.difference(&material) }
 }
 
+/// The best material as appendix B of the specification alone evaluates it: nearer there, and far in
+/// engines that share the light between base and lobe in another way.
+#[must_use]
+pub fn fit_appendix_b(target: &MeasuredTarget) -> GltfBrdf {
+    let coated = bounds(1.0);
+    let [thin, whole] = [target.thinned(THINNING), target.clone()].map(Forms::of);
+    let rough = |x: &DVector<f64>| thin.of_appendix_b(x, &coated);
+    let fine = |x: &DVector<f64>| whole.of_appendix_b(x, &coated);
+    material(&lowest(rough, fine, starts(target), &coated).x)
+}
+
 /// The bounds, a clear coat up to `coat`.
 fn bounds(coat: f64) -> Bounds {
     let mut lower = [0.0; UNKNOWNS];
@@ -84,7 +95,8 @@ fn material(x: &DVector<f64>) -> GltfBrdf {
 
 /// Metallic, roughness, F0 and coat roughness of the starts: dielectrics, bright ones, metals and
 /// mixtures, with a coat sharper or wider than the base.
-const STARTS: [[f64; 4]; 10] = [
+const STARTS: [[f64; 4]; 13] = [
+    [0.02, 0.15, 0.1, 0.8],
     [0.02, 0.2, 0.04, 0.5],
     [0.02, 0.35, 0.04, 0.1],
     [0.02, 0.6, 0.04, 0.2],
@@ -93,6 +105,8 @@ const STARTS: [[f64; 4]; 10] = [
     [0.9, 0.2, 0.04, 0.5],
     [0.9, 0.35, 0.04, 0.1],
     [0.9, 0.6, 0.04, 0.2],
+    [0.1, 0.09, 0.03, 0.5],
+    [0.5, 0.2, 0.04, 0.5],
     [0.5, 0.5, 0.04, 0.15],
     [0.5, 0.8, 0.2, 0.1],
 ];

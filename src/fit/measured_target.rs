@@ -48,6 +48,18 @@ pub struct MeasuredPair {
 /// the measured colour, between the radiances π f cosθi relative to white, with highlights
 /// compressed above white. The mean of ΔE, not of its square, so that pairs which the model cannot
 /// follow, or which were measured badly, do not pull at all others.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, MeasuredTarget, SgdBrdf, named};
+///
+/// // Any reflectance: a measurement, or here a published fit.
+/// let brdf = SgdBrdf::new(named("gold-paint")?, MaskingKind::Fitted);
+/// let target = MeasuredTarget::of(&brdf)?;
+/// assert!(target.typical().iter().all(|f| *f > 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct MeasuredTarget {
     /// The pairs that were measured.
@@ -58,7 +70,9 @@ pub struct MeasuredTarget {
 
 /// Nothing was measured at any pair that a fit looks at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("nothing to fit: the measurement has no valid value between elevations of 14° and 90°")]
+#[error(
+    "nothing to fit: the measurement has no valid value at any pair of directions that a fit looks at"
+)]
 pub struct NothingMeasured;
 
 /// Suns that light the ball, in degrees from the viewer. None is within 2° of the suns by which fits
@@ -73,12 +87,15 @@ const RIM: f64 = 0.94;
 const LIT: f64 = 0.05;
 
 /// The share of the pairs about the mirror direction.
-const HIGHLIGHT_SHARE: f64 = 0.08;
+const HIGHLIGHT_SHARE: f64 = 0.06;
 /// tan²θh that their nodes start from, (0.2°)², and reach to, 40°.
 const FINEST: f64 = 1.2e-5;
 const WIDEST: f64 = 0.7;
 /// Nodes in θh, θd and φd.
-const HIGHLIGHT_NODES: [usize; 3] = [16, 4, 2];
+const HIGHLIGHT_NODES: [usize; 3] = [16, 5, 2];
+/// Share of a right angle over which θd is spread. The last node is 79°: measurements beyond 80° are
+/// mostly noise, and a lobe that none holds there may be ten times too bright.
+const DIFFERENCE_RANGE: f64 = 0.925;
 
 /// The ΔE up to which an error counts by its square.
 pub const SOFT: f64 = 0.15;
@@ -326,7 +343,7 @@ fn highlight() -> Vec<MeasuredPair> {
         let tan2_theta_h = FINEST * (theta_h.x * length).exp_m1();
         for theta_d in &difference {
             for phi_d in &azimuth {
-                let node = Node { x: 0.9 * theta_d.x, weight: 1.0 };
+                let node = Node { x: DIFFERENCE_RANGE * theta_d.x, weight: 1.0 };
                 if let Some(found) = pair(tan2_theta_h, 1.0, node, phi_d.x * 0.5 * PI) {
                     let weight = theta_h.weight * theta_d.weight * phi_d.weight;
                     pairs.push(MeasuredPair::new(found.wi, found.wo, weight, false));

@@ -10,6 +10,18 @@ use crate::math::least_squares::{LANES, Lanes, Terms};
 
 /// A transform g of x = π f cosθi, the radiance relative to a white diffuse surface under the same
 /// light. A fit minimises ∫∫ (g(x_fit) − g(x))² cosθo dωi dωo.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Metric, fit_gltf, named};
+///
+/// let fit = fit_gltf(named("chrome")?);
+/// for metric in [Metric::Cosine, Metric::CubeRoot, Metric::Log] {
+///     println!("{metric}: {:.3?}", fit.residuals.in_metric(metric));
+/// }
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Metric {

@@ -11,6 +11,8 @@ pub mod measured_target;
 pub mod metric;
 pub(crate) mod minima;
 pub mod mixture;
+pub mod mixture_measured;
+pub(crate) mod mixture_problem;
 pub mod one_lobe;
 pub mod one_lobe_measured;
 pub(crate) mod picture;

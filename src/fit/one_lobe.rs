@@ -43,6 +43,17 @@ const SCAN_TOLERANCE: f64 = 3e-2;
 const TOLERANCE: f64 = 1e-7;
 
 /// The best lobe of `family` for a material, in the default metric.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Family, fit_one_lobe, named};
+///
+/// let fit = fit_one_lobe(named("gold-paint")?, Family::Ggx);
+/// let widths = fit.per_channel.channels.map(|channel| channel.alpha);
+/// assert!(widths.iter().all(|alpha| (1e-3..=2.0).contains(alpha)));
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[must_use]
 pub fn fit(material: &Material, family: Family) -> OneLobeFit {
     fit_target(&Target::new(material), family, Metric::default())

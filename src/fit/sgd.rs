@@ -68,6 +68,18 @@ const ROUGH: f64 = 1e-3;
 const FINE: f64 = 1e-5;
 
 /// The best fit to a target.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::fit::sgd::Options;
+/// use sgdbake::{MeasuredTarget, Measurement, fit_sgd};
+///
+/// let measurement = Measurement::read("gold-paint.binary".as_ref())?;
+/// let fit = fit_sgd(&MeasuredTarget::of(&measurement)?, Options::default());
+/// println!("mean ΔE of a lit ball: {:.2}", fit.difference);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn fit(target: &MeasuredTarget, options: Options) -> SgdFit {
     let grid = ShapeGrid::new(target);

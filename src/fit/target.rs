@@ -34,6 +34,19 @@ pub struct Pair {
 }
 
 /// The exact reflectance of a material at quadrature pairs.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingKind, Metric, SgdBrdf, Target, named};
+///
+/// let target = Target::new(named("gold-paint")?);
+/// let chrome = SgdBrdf::new(named("chrome")?, MaskingKind::Exact);
+/// // The relative distance of chrome from gold paint, per channel.
+/// let distance = target.residuals(&chrome).in_metric(Metric::CubeRoot);
+/// assert!(distance.iter().all(|d| *d > 0.1), "{distance:?}");
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Target {
     /// The material as given.

@@ -1,5 +1,5 @@
-//! The albedo table: what share of the light a surface's specular term reflects, in three terms
-//! from which any Fresnel curve's share follows.
+//! The albedo table: the share of the light that a surface's specular term reflects, in three terms
+//! from which the share of any Fresnel curve follows.
 //!
 //! # Formula
 //!
@@ -37,7 +37,7 @@ pub struct Checks {
 }
 
 impl Checks {
-    /// The moments at points that are no texel centres of any small table.
+    /// The moments at points that are not texel centres of any small table.
     #[must_use]
     pub fn new(rows: &[Row]) -> Self {
         let u: Vec<f64> =
@@ -116,20 +116,20 @@ pub fn tabulate(rows: &[Row], width: usize, depth: Depth) -> Table {
 
 fn filled(rows: &[Row], width: usize, depth: Depth, rule: Rule) -> Table {
     let warp = warp(rows);
-    let columns = || (0..width).map(|i| i as f64 / (width - 1) as f64);
-    let lines = |(index, row)| {
-        let columns = moments(row, &cosines(&warp, index, columns()), rule);
-        (0..TERMS).flat_map(move |term| columns.clone().into_iter().map(move |c| c[term]))
-    };
-    let texels: Vec<[f64; 3]> = rows.par_iter().enumerate().flat_map_iter(lines).collect();
-    let thrice = |scale: &Vec<f64>| scale.iter().flat_map(|s| [*s; TERMS]).collect();
-    let thrice_each = match &warp {
-        Warp::Log1p { scale, max } => Warp::Log1p { scale: thrice(scale), max: thrice(max) },
-        other => other.clone(),
-    };
+    let texels: Vec<[f64; 3]> = rows
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(index, row)| {
+            let u = (0..width).map(|i| i as f64 / (width - 1) as f64);
+            term_by_term(moments(row, &cosines(&warp, index, u), rule))
+        })
+        .collect();
     Table {
         quantity: Quantity::Albedo,
-        axes: vec![Axis { variable: Variable::CosThetaO, warp: Some(thrice_each) }, Axis::ROW],
+        axes: vec![
+            Axis { variable: Variable::CosThetaO, warp: Some(for_each_term(&warp)) },
+            Axis::ROW,
+        ],
         size: vec![width, TERMS * rows.len()],
         encoding: Encoding::Identity,
         texels: Texels::rounded(depth, &texels),
@@ -137,6 +137,24 @@ fn filled(rows: &[Row], width: usize, depth: Depth, rule: Rule) -> Table {
         row: None,
         error: ErrorNote::default(),
     }
+}
+
+/// The texels of a row's moments: every column of the first term, then of the second and third.
+fn term_by_term(columns: Vec<[[f64; 3]; TERMS]>) -> impl Iterator<Item = [f64; 3]> {
+    (0..TERMS).flat_map(move |term| columns.clone().into_iter().map(move |c| c[term]))
+}
+
+/// The warp of the rows of a texture that has a row for each term.
+fn for_each_term(warp: &Warp) -> Warp {
+    match warp {
+        Warp::Log1p { scale, max } => Warp::Log1p { scale: thrice(scale), max: thrice(max) },
+        other => other.clone(),
+    }
+}
+
+/// Each number once for each term.
+fn thrice(numbers: &[f64]) -> Vec<f64> {
+    numbers.iter().flat_map(|x| [*x; TERMS]).collect()
 }
 
 /// cosθo against its logarithm from where masking sets in.
@@ -163,9 +181,8 @@ impl Rule {
 
     /// The moments of a lobe at each cosθo.
     fn moments(self, lobe: &Lobe<Sgd>, cosines: &[f64]) -> Vec<FresnelMoments> {
-        let exact = |cos: &f64| FresnelMoments::new(lobe, *cos);
         match self {
-            Self::Exact => cosines.par_iter().map(exact).collect(),
+            Self::Exact => cosines.par_iter().map(|cos| FresnelMoments::new(lobe, *cos)).collect(),
             Self::Quick => AlbedoBatch::new(lobe).moments(cosines),
         }
     }
@@ -178,14 +195,17 @@ fn cosines(warp: &Warp, row: usize, u: impl Iterator<Item = f64>) -> Vec<f64> {
 
 /// The three moments of a row at each cosθo, per lobe.
 fn moments(row: &Row, cosines: &[f64], rule: Rule) -> Vec<[[f64; 3]; TERMS]> {
-    let absent = || vec![FresnelMoments::default(); cosines.len()];
-    let of_lobe = |lobe: &Option<Lobe<Sgd>>| {
-        lobe.as_ref().map_or_else(absent, |lobe| rule.moments(lobe, cosines))
-    };
-    let lobes: Vec<Vec<FresnelMoments>> = row.lobes.par_iter().map(of_lobe).collect();
-    let at = |i: usize| {
-        let moments: [FresnelMoments; 3] = std::array::from_fn(|j| lobes[j][i]);
-        [moments.map(|m| m.one), moments.map(|m| m.schlick), moments.map(|m| m.cosine)]
-    };
-    (0..cosines.len()).map(at).collect()
+    let lobes: Vec<Option<Vec<FresnelMoments>>> = row
+        .lobes
+        .par_iter()
+        .map(|lobe| lobe.as_ref().map(|lobe| rule.moments(lobe, cosines)))
+        .collect();
+    let mut moments = vec![[[0.0; 3]; TERMS]; cosines.len()];
+    for (j, of_lobe) in lobes.iter().enumerate() {
+        for (moments, of_lobe) in moments.iter_mut().zip(of_lobe.iter().flatten()) {
+            let FresnelMoments { one, schlick, cosine } = *of_lobe;
+            [moments[0][j], moments[1][j], moments[2][j]] = [one, schlick, cosine];
+        }
+    }
+    moments
 }

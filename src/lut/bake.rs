@@ -7,10 +7,12 @@ use rayon::prelude::*;
 use crate::brdf::{MaskingKind, SgdBrdf};
 use crate::lut::albedo::{self, Albedo};
 use crate::lut::bend::Bends;
-use crate::lut::covering::{Covering, Extremes, Places, Verdict, warps};
+use crate::lut::covering::{Covering, Places, Verdict, warps};
 use crate::lut::error::{BakeError, LeftOut};
-use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure};
-use crate::lut::probe::{Probe, probes, probes_of_pair};
+use crate::lut::extremes::Extremes;
+use crate::lut::factors::{Factors, Subject, attacked, cell_errors, measure, searched};
+use crate::lut::memory;
+use crate::lut::probe::{Probe, crossings, probes, probes_of_pair};
 use crate::lut::quantity::Quantity;
 use crate::lut::range::{MAX_ROWS, VOLUME_WIDTHS};
 use crate::lut::request::{Extent, Request};
@@ -21,6 +23,13 @@ use crate::lut::term::Term;
 use crate::lut::volume::{self, Volume};
 use crate::material::{MAX_LOBES, Material};
 use crate::microfacet::Accuracy;
+
+/// The first seed of the longer searches, whose result is stated.
+const SEARCHED: usize = 101;
+
+/// The share of the tolerance that a search may find before it counts as broken, where no bound is
+/// known: another search may find more.
+const SAMPLED_SHARE: f64 = 0.92;
 
 /// The share of the tolerance below which the lobes of a colour count as invisible.
 const INVISIBLE: f64 = 0.5;
@@ -34,6 +43,21 @@ pub struct Baked {
     pub placed: Vec<Placed>,
     /// The lobes that were left out, and why.
     pub left_out: Vec<LeftOut>,
+}
+
+impl Baked {
+    /// The table of a quantity that all materials share.
+    #[must_use]
+    pub fn table(&self, quantity: Quantity) -> Option<&Table> {
+        self.tables.iter().find(|table| table.quantity == quantity)
+    }
+
+    /// The 3D table of a row.
+    #[must_use]
+    pub fn volume(&self, row: usize) -> Option<&Table> {
+        let mut volumes = self.tables.iter().filter(|table| table.quantity == Quantity::Brdf3d);
+        volumes.find(|table| table.row == Some(row))
+    }
 }
 
 /// A material with its exact values at the probes.
@@ -50,6 +74,24 @@ struct Sampled<'a> {
 /// # Errors
 ///
 /// No material, a size that no texture has, a tolerance that is out of range or out of reach.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, Extent, MaskingKind, Quantity, Request, bake, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let baked = bake(&[named("gold-paint")?], &request)?;
+/// for table in &baked.tables {
+///     println!("{}: {:?}, error {:?}", table.quantity.name(), table.size, table.error.measured);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn bake(materials: &[&Material], request: &Request) -> Result<Baked, BakeError> {
     bake_with_progress(materials, request, &|| ())
 }
@@ -75,6 +117,7 @@ pub fn bake_with_progress(
     if rows.lobes.len() > MAX_ROWS || rows.fresnel.len() > MAX_ROWS {
         return Err(BakeError::Rows { found: rows.fresnel.len().max(rows.lobes.len()) });
     }
+    memory::check(memory::of_bake(request, materials.len(), rows.lobes.len()))?;
     let left_out = sampled.iter().flat_map(|s| s.left_out(invisible)).collect();
     let mut tables = Vec::new();
     if !rows.lobes.is_empty() {
@@ -98,19 +141,17 @@ impl<'a> Sampled<'a> {
     fn new(material: &'a Material, kind: MaskingKind, invisible: f64) -> Self {
         let brdf = SgdBrdf::with_accuracy(material, kind, Accuracy::Table).tabulated();
         let probes = probes(&brdf, 0);
-        let colouring =
-            |c: usize| brdf.lobes.iter().filter(|lobe| lobe.rho_s[c] > 0.0).count().max(1) as f64;
-        let parts = [0, 1, 2].map(|c| invisible / colouring(c));
-        let shows = |probe: &Probe, j: usize| {
-            let specular = probe.lobes[j].specular();
-            (0..3).any(|c| probe.colours[c].error_of(specular[c].abs()) > parts[c])
-        };
-        let visible =
-            std::array::from_fn(|j| j < brdf.lobes.len() && probes.iter().any(|p| shows(p, j)));
+        let parts = [0, 1, 2].map(|c| {
+            let colouring = brdf.lobes.iter().filter(|lobe| lobe.rho_s[c] > 0.0).count();
+            invisible / colouring.max(1) as f64
+        });
+        let visible = std::array::from_fn(|j| {
+            j < brdf.lobes.len() && probes.iter().any(|probe| shows(probe, j, parts))
+        });
         Self { material, brdf, probes, visible }
     }
 
-    /// Why the invisible lobes of a material are not stored.
+    /// The reasons why the invisible lobes of a material are not stored.
     fn left_out(&self, invisible: f64) -> impl Iterator<Item = LeftOut> {
         let lobes = self.material.lobes().iter().enumerate();
         lobes.filter(|(j, _)| !self.visible[*j]).map(move |(j, lobe)| LeftOut {
@@ -122,6 +163,12 @@ impl<'a> Sampled<'a> {
             ),
         })
     }
+}
+
+/// Returns whether f at a probe would err by more than its parts without lobe `j`.
+fn shows(probe: &Probe, j: usize, parts: [f64; 3]) -> bool {
+    let specular = probe.lobes[j].specular();
+    (0..3).any(|c| probe.colours[c].error_of(specular[c].abs()) > parts[c])
 }
 
 /// The distinct rows, and the place of each material.
@@ -178,36 +225,74 @@ fn fill_volume(
     sampled: &[Sampled<'_>],
     request: &Request,
 ) -> Result<Table, BakeError> {
-    const SEEDS: usize = 3;
-    let users = || sampled.iter().zip(placed).filter(|(_, p)| p.row == Some(row)).map(|(s, _)| s);
-    let seen: Vec<Probe> = users().flat_map(|s| s.probes.clone()).collect();
-    let unseen = |round: usize| -> Vec<Probe> {
-        let seeds = 1 + round * SEEDS..=(round + 1) * SEEDS;
-        users().flat_map(|s| seeds.clone().flat_map(|seed| probes(&s.brdf, seed))).collect()
+    let users = sampled.iter().zip(placed).filter(|(_, placed)| placed.row == Some(row));
+    let promise = VolumePromise {
+        row: &rows.lobes[row],
+        index: row,
+        users: users.map(|(sampled, _)| sampled).collect(),
+        request,
     };
-    let lobes = &rows.lobes[row];
-    let search = |seen: &[Probe], _: usize| match request.extent {
-        Extent::Size(n) if !VOLUME_WIDTHS.contains(&n) => Err(BakeError::Volume { found: n }),
-        Extent::Size(n) => Ok(volume::tabulate(lobes, row, [n; 3], request.depths.candidates()[0])),
-        Extent::Tolerance(e) => {
-            smallest(&Volume::new(lobes, row, seen, e), seen, e, request.depths)
+    let seen: Vec<Probe> = promise.users.iter().flat_map(|user| user.probes.clone()).collect();
+    let verified = verified(
+        request.tolerance(),
+        seen,
+        |seen, _| promise.search(seen),
+        |table, seen, round| promise.judge(table, seen, round),
+    )?;
+    Ok(noted(verified.tables, request, [verified.error, 0.0], Proof::Sampled))
+}
+
+/// The promise of a row's 3D table to every material that uses it.
+struct VolumePromise<'a> {
+    row: &'a Row,
+    index: usize,
+    users: Vec<&'a Sampled<'a>>,
+    request: &'a Request,
+}
+
+impl VolumePromise<'_> {
+    /// The table of the size asked for, or the smallest that keeps the tolerance at the probes.
+    fn search(&self, seen: &[Probe]) -> Result<Table, BakeError> {
+        let Self { row, index, request, .. } = *self;
+        match request.extent {
+            Extent::Size(n) if !VOLUME_WIDTHS.contains(&n) => Err(BakeError::Volume { found: n }),
+            Extent::Size(n) => {
+                Ok(volume::tabulate(row, index, [n; 3], request.depths.candidates()[0]))
+            }
+            Extent::Tolerance(e) => {
+                smallest(&Volume::new(row, index, seen, e), seen, e, request.depths)
+            }
         }
-    };
-    let judge = |table: &Table, seen: &[Probe], round: usize| {
-        let mut unseen = unseen(round);
-        let climbs = users().map(|s| {
-            let probes = || unseen.iter().chain(seen);
-            volume::attacked(table, &s.brdf, probes())
-        });
+    }
+
+    /// The largest error at probes seen, unseen, and climbed to from either.
+    fn judge(&self, table: &Table, seen: &[Probe], round: usize) -> Judgement<Probe> {
+        let mut unseen = self.unseen(round);
+        let climbs = self
+            .users
+            .iter()
+            .map(|user| volume::attacked(table, &user.brdf, unseen.iter().chain(seen)));
         let found: Vec<Probe> = climbs.flatten().collect();
         let error = [seen, &unseen, &found].map(|probes| volume::measure(table, probes));
         let error = error.into_iter().fold(0.0, f64::max);
-        let refuted = request.tolerance().is_some_and(|tolerance| error > tolerance);
+        let refuted = self.request.tolerance().is_some_and(|e| error > SAMPLED_SHARE * e);
         unseen.extend(found);
         Judgement { error, refuting: if refuted { unseen } else { Vec::new() } }
-    };
-    let verified = verified(request.tolerance(), seen, search, judge)?;
-    Ok(noted(verified.tables, request, [verified.error, 0.0], Proof::Sampled))
+    }
+
+    /// The probes of a round, which no round before has seen.
+    fn unseen(&self, round: usize) -> Vec<Probe> {
+        const SEEDS: usize = 3;
+        let seeds = 1 + round * SEEDS..=(round + 1) * SEEDS;
+        let mut unseen = Vec::new();
+        for user in &self.users {
+            for seed in seeds.clone() {
+                unseen.extend(probes(&user.brdf, seed));
+            }
+            unseen.extend(crossings(&user.brdf));
+        }
+        unseen
+    }
 }
 
 /// The tables of the factors of f, of the size asked for or of the smallest that keeps the
@@ -218,29 +303,19 @@ fn fill_factors(
     sampled: &[Sampled<'_>],
     request: &Request,
 ) -> Result<Vec<Table>, BakeError> {
-    let asked = |term: &Term| request.wants(term.quantity());
-    let terms: Vec<Term> = Term::ALL.into_iter().filter(asked).collect();
+    let terms: Vec<Term> =
+        Term::ALL.into_iter().filter(|term| request.wants(term.quantity())).collect();
     if terms.is_empty() {
         return Ok(Vec::new());
     }
     let bends: Vec<Bends> = terms.iter().map(|term| Bends::new(*term, rows)).collect();
     let promise = Promise { rows, placed, sampled, terms: &terms, bends: &bends };
-    let search = |seen: &[Subject], round: usize| match request.extent {
-        Extent::Size(width) => {
-            let depth = request.depths.candidates()[0];
-            Ok(terms.iter().map(|term| term.tabulate(rows, width, depth)).collect())
-        }
-        Extent::Tolerance(e) => {
-            // A proof may ask for a little more than the probes that refuted the last one.
-            let aim = e * 0.97_f64.powi(round as i32);
-            smallest(&Factors::new(rows, &terms, &bends, seen, aim), seen, aim, request.depths)
-        }
-    };
-    let judge = |tables: &Vec<Table>, seen: &[Subject], round: usize| {
-        promise.judge(tables, seen, round, request.tolerance())
-    };
-    let Verified { tables, error, unrefuted } =
-        verified(request.tolerance(), promise.seen(), search, judge)?;
+    let Verified { tables, error, unrefuted } = verified(
+        request.tolerance(),
+        promise.seen(),
+        |seen, round| promise.search(seen, round, request),
+        |tables, seen, round| promise.judge(tables, seen, round, request.tolerance()),
+    )?;
     let proof = if unrefuted { promise.kind() } else { Proof::Sampled };
     let error = [error, promise.truncated(&tables)];
     Ok(tables.into_iter().map(|table| noted(table, request, error, proof)).collect())
@@ -262,11 +337,32 @@ impl Promise<'_> {
         materials.filter_map(|(s, p)| Subject::new(self.rows, p, s.probes.clone())).collect()
     }
 
-    /// Returns whether the promise rests on bounds: they are known of all but the published masking fit.
+    /// The tables of the size asked for, or the smallest that keep the tolerance at the probes.
+    fn search(
+        &self,
+        seen: &[Subject],
+        round: usize,
+        request: &Request,
+    ) -> Result<Vec<Table>, BakeError> {
+        let Self { rows, terms, bends, .. } = *self;
+        match request.extent {
+            Extent::Size(width) => {
+                let depth = request.depths.candidates()[0];
+                Ok(terms.iter().map(|term| term.tabulate(rows, width, depth)).collect())
+            }
+            Extent::Tolerance(e) => {
+                // A proof may ask for a little more than the probes that refuted the last one.
+                let aim = e * 0.97_f64.powi(round as i32);
+                smallest(&Factors::new(rows, terms, bends, seen, aim), seen, aim, request.depths)
+            }
+        }
+    }
+
+    /// The proof that the promise can have: bounds are known of all but the published masking fit.
     fn kind(&self) -> Proof {
-        let fitted = |row: &Row| row.visible().any(|lobe| lobe.fitted.is_some());
-        let masking = self.terms.contains(&Term::Masking);
-        if masking && self.rows.lobes.iter().any(fitted) { Proof::Sampled } else { Proof::Bounded }
+        let mut lobes = self.rows.lobes.iter().flat_map(Row::visible);
+        let fitted = self.terms.contains(&Term::Masking) && lobes.any(|lobe| lobe.fitted.is_some());
+        if fitted { Proof::Sampled } else { Proof::Bounded }
     }
 
     /// The largest error of the tables at probes seen and unseen, and the pairs of directions at
@@ -278,35 +374,43 @@ impl Promise<'_> {
         round: usize,
         tolerance: Option<f64>,
     ) -> Judgement<Subject> {
-        let (found, attacked) = attacked(&self.unseen(1 + round), tables, &Filter::COVERED);
-        let error = measure(seen, tables, &Filter::COVERED).max(found);
-        let refuting = tolerance.map_or_else(Vec::new, |tolerance| {
-            let mut refuting = match self.kind() {
-                Proof::Bounded => self.refuting(tables, tolerance),
-                Proof::Sampled => Vec::new(),
-            };
-            if error > tolerance {
-                refuting.extend(attacked);
-            }
-            refuting
-        });
+        let share = if self.kind() == Proof::Bounded { 1.0 } else { SAMPLED_SHARE };
+        let broken = |error: f64| tolerance.is_some_and(|tolerance| error > share * tolerance);
+        let (found, mut worst) = attacked(&self.unseen(1 + round), tables, &Filter::COVERED);
+        let mut error = measure(seen, tables, &Filter::COVERED).max(found);
+        if !broken(error) {
+            let unseen = self.unseen(SEARCHED + round);
+            let (found, longer) = searched(&unseen, tables, &Filter::COVERED);
+            (error, worst) = (error.max(found), longer);
+        }
+        let mut refuting = match (tolerance, self.kind()) {
+            (Some(tolerance), Proof::Bounded) => self.refuting(tables, tolerance),
+            _ => Vec::new(),
+        };
+        if broken(error) {
+            refuting.extend(worst);
+        }
         Judgement { error, refuting }
     }
 
     /// The materials with the probes of a seed.
     fn unseen(&self, seed: usize) -> Vec<(&SgdBrdf, Subject)> {
-        let of_material = |(s, placed): (&'_ Sampled<'_>, &Placed)| {
-            Subject::new(self.rows, placed, probes(&s.brdf, seed))
+        let of_material = |(sampled, placed): (&Sampled<'_>, &Placed)| {
+            let mut probes = probes(&sampled.brdf, seed);
+            if seed >= SEARCHED {
+                probes.extend(crossings(&sampled.brdf));
+            }
+            Subject::new(self.rows, placed, probes)
         };
         let subjects = self.sampled.par_iter().zip(self.placed).map(of_material);
         let subjects: Vec<Option<Subject>> = subjects.collect();
-        let brdfs = self.sampled.iter().map(|s| &s.brdf);
+        let brdfs = self.sampled.iter().map(|sampled| &sampled.brdf);
         brdfs.zip(subjects).filter_map(|(brdf, subject)| Some((brdf, subject?))).collect()
     }
 
     /// The largest error found of texture units that cut weights down.
     fn truncated(&self, tables: &[Table]) -> f64 {
-        attacked(&self.unseen(0), tables, &[Filter::Truncating]).0
+        searched(&self.unseen(SEARCHED), tables, &[Filter::Truncating]).0
     }
 
     /// The materials whose bound breaks the tolerance, with probes around where it does.
@@ -316,18 +420,21 @@ impl Promise<'_> {
             .iter()
             .map(|(term, errors)| (*term, Extremes::new(errors, term.row_count(self.rows))))
             .collect();
-        let of_term = |term| extremes.iter().find(|(of, _)| *of == term).map(|(_, e)| e);
-        let (extremes, warps) = (Term::ALL.map(of_term), warps(self.rows));
-        let of_material = |(s, placed): (&Sampled<'_>, &Placed)| {
-            let places = Places::new(self.rows, placed.row?);
-            let covering = Covering::new(&s.brdf, self.rows, places, &warps, extremes);
-            match covering.verdict(tolerance) {
-                Verdict::Kept => None,
-                Verdict::Broken(pair) => {
-                    Subject::new(self.rows, placed, probes_of_pair(&s.brdf, pair))
+        let extremes =
+            Term::ALL.map(|term| extremes.iter().find(|(of, _)| *of == term).map(|(_, e)| e));
+        let warps = warps(self.rows);
+        let materials = self.sampled.par_iter().zip(self.placed);
+        materials
+            .filter_map(|(s, placed)| {
+                let places = Places::new(self.rows, placed.row?);
+                let covering = Covering::new(&s.brdf, self.rows, places, &warps, extremes);
+                match covering.verdict(tolerance) {
+                    Verdict::Kept => None,
+                    Verdict::Broken(pair) => {
+                        Subject::new(self.rows, placed, probes_of_pair(&s.brdf, pair))
+                    }
                 }
-            }
-        };
-        self.sampled.par_iter().zip(self.placed).filter_map(of_material).collect()
+            })
+            .collect()
     }
 }

@@ -5,15 +5,13 @@ use std::f64::consts::PI;
 
 use crate::brdf::Lobe;
 use crate::lut::axis::Warp;
+use crate::lut::interval::{Interval, between, hull};
 use crate::lut::row::Rows;
 use crate::lut::term::Term;
 use crate::microfacet::{BeckmannMixture, Distribution as _, Fresnel, Sgd};
 
 /// Pieces of the axis over which d²t/du² is bounded.
 const PIECES: usize = 512;
-
-/// The least and the largest value of something over an interval.
-pub type Interval = [f64; 2];
 
 /// Bounds on d²t/du² of every row and texel channel, piece by piece.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,14 +24,10 @@ impl Bends {
     #[must_use]
     pub fn new(term: Term, rows: &Rows) -> Self {
         let warp = term.warp(rows);
-        let of_row = |row: usize| -> Vec<[Option<Interval>; 3]> {
-            let piece = |i: usize| {
-                let [from, to] = [i, i + 1].map(|i| i as f64 / PIECES as f64);
-                bend(term, rows, row, &warp, [from, to])
-            };
-            (0..PIECES).map(piece).collect()
-        };
-        Self { rows: (0..term.row_count(rows)).into_par_iter().map(of_row).collect() }
+        let count = term.row_count(rows);
+        Self {
+            rows: (0..count).into_par_iter().map(|row| pieces(term, rows, row, &warp)).collect(),
+        }
     }
 
     /// Bounds on d²t/du² over `u` in \[from, to\]; `None` where none is known.
@@ -46,42 +40,30 @@ impl Bends {
     }
 }
 
-/// The interval that holds both.
-fn hull(a: Interval, b: Interval) -> Interval {
-    [a[0].min(b[0]), a[1].max(b[1])]
+/// The bounds of a row, piece by piece.
+fn pieces(term: Term, rows: &Rows, row: usize, warp: &Warp) -> Vec<[Option<Interval>; 3]> {
+    let ends = (0..PIECES).map(|i| [i, i + 1].map(|i| i as f64 / PIECES as f64));
+    ends.map(|u| bend(term, rows, row, warp, u)).collect()
 }
 
-/// The products of two intervals' values.
-#[must_use]
-pub fn times(a: Interval, b: Interval) -> Interval {
-    let products = [a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]];
-    products.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], p| [l.min(*p), h.max(*p)])
-}
-
-/// The interval between two values.
-fn between(a: f64, b: f64) -> Interval {
-    [a.min(b), a.max(b)]
-}
-
+/// Bounds on d²t/du² of each texel channel over `u` in an interval.
 fn bend(term: Term, rows: &Rows, row: usize, warp: &Warp, u: Interval) -> [Option<Interval>; 3] {
     let x = u.map(|u| warp.variable(row, u));
     match (term, warp) {
         (Term::Ndf, Warp::Log1p { scale, max }) => {
             let length = (max[row] / scale[row]).ln_1p();
-            let of_lobe = |lobe: &Option<Lobe<Sgd>>| {
+            rows.lobes[row].lobes.each_ref().map(|lobe| {
                 lobe.as_ref().map(|lobe| ndf(lobe, scale[row], x).map(|t| t * length * length))
-            };
-            rows.lobes[row].lobes.each_ref().map(of_lobe)
+            })
         }
         (Term::Masking, Warp::Rational { scale }) => {
-            let of_lobe = |lobe: &Option<Lobe<Sgd>>| match lobe {
+            rows.lobes[row].lobes.each_ref().map(|lobe| match lobe {
                 // No bound is known of the published fit, which has a corner where it sets in.
                 Some(lobe) if lobe.fitted.is_none() => {
                     Some(masking(lobe.distribution.mixture(), scale[row], u, x))
                 }
                 _ => None,
-            };
-            rows.lobes[row].lobes.each_ref().map(of_lobe)
+            })
         }
         (Term::Fresnel, _) => rows.fresnel[row].curves.map(|curve| curve.map(|f| fresnel(&f, x))),
         _ => [None; 3],
@@ -96,11 +78,16 @@ fn bend(term: Term, rows: &Rows, row: usize, warp: &Warp, u: Interval) -> [Optio
 fn ndf(lobe: &Lobe<Sgd>, s: f64, [from, to]: Interval) -> Interval {
     let (alpha, p) = (lobe.distribution.alpha(), lobe.distribution.p());
     let alpha2 = alpha * alpha;
-    let q = |x: f64| (x + s) / ((alpha2 + x) * (alpha2 + x));
     let turn = (alpha2 - 2.0 * s).clamp(from, to);
-    let [least, largest] = hull(between(q(from), q(to)), [q(turn); 2]);
+    let [at_from, at_to, at_turn] = [from, to, turn].map(|x| power_share(x, s, alpha2));
+    let [least, largest] = hull(between(at_from, at_to), [at_turn; 2]);
     let by_power = between(-p * (alpha2 - s) * least, -p * (alpha2 - s) * largest);
     [-(to + s) / alpha + by_power[0], -(from + s) / alpha + by_power[1]]
+}
+
+/// q = (x+s)/(α²+x)².
+fn power_share(x: f64, s: f64, alpha2: f64) -> f64 {
+    (x + s) / ((alpha2 + x) * (alpha2 + x))
 }
 
 /// d²t/du² of t = ln(G1/u) against u, cotθ = c = su/(1−u), of a Beckmann mixture.
@@ -117,23 +104,22 @@ fn ndf(lobe: &Lobe<Sgd>, s: f64, [from, to]: Interval) -> Interval {
 /// a and b' rise with u, and e^{−c²/α²}(c+s)⁴ has one maximum, at c (c+s) = 2α².
 fn masking(mixture: &BeckmannMixture, s: f64, u: Interval, c: Interval) -> Interval {
     let [from, to] = c;
-    let a = |c: f64| projected(mixture, c);
     let ends = [(u[0], from), (u[1], to)];
-    let b = ends.map(|(u, c)| if u < 1.0 { (1.0 - u) * a(c) } else { s });
-    let b_slope =
-        ends.map(|(_, c)| if c.is_finite() { a_slope(mixture, c) * (c + s) - a(c) } else { s });
+    let b = ends.map(|(u, c)| if u < 1.0 { (1.0 - u) * projected(mixture, c) } else { s });
+    let b_slope = c.map(|c| b_slope(mixture, s, c));
     // b is convex: above its tangents, below its chord.
     let width = u[1] - u[0];
     let fall = (b[0] + b_slope[0] * width).min(b[0]).max((b[1] - b_slope[1] * width).min(b[1]));
     let least_b = if fall > 0.0 { fall } else { f64::MIN_POSITIVE };
-    let ratio = |slope: f64| between(slope / least_b, slope / b[0].max(b[1]));
-    let [low, high] = hull(ratio(b_slope[0]), ratio(b_slope[1]));
+    let largest_b = b[0].max(b[1]);
+    let [left, right] = b_slope.map(|slope| between(slope / least_b, slope / largest_b));
+    let [low, high] = hull(left, right);
     let largest_square = low.abs().max(high.abs()).powi(2);
     let least_square =
         if low < 0.0 && high > 0.0 { 0.0 } else { low.abs().min(high.abs()).powi(2) };
     let curvature = curvature(mixture, s, c);
-    let least_a = a(from);
-    let largest_a = if to.is_finite() { a(to) } else { f64::INFINITY };
+    let least_a = projected(mixture, from);
+    let largest_a = if to.is_finite() { projected(mixture, to) } else { f64::INFINITY };
     [least_square - curvature[1] / least_a, largest_square - curvature[0] / largest_a]
 }
 
@@ -147,32 +133,40 @@ const GRAZING: f64 = 1e-12;
 
 /// a' = 1 − ½ Σ w erfc(c/α).
 fn a_slope(mixture: &BeckmannMixture, c: f64) -> f64 {
-    let share = |alpha: f64, weight: f64| 0.5 * weight * libm::erfc(c / alpha);
-    1.0 - mixture.components().iter().map(|j| share(j.alpha, j.weight)).sum::<f64>()
+    let shares = mixture.components().iter().map(|j| 0.5 * j.weight * libm::erfc(c / j.alpha));
+    1.0 - shares.sum::<f64>()
+}
+
+/// b' = −a + a' (c+s), and its limit s where cotθ is infinite.
+fn b_slope(mixture: &BeckmannMixture, s: f64, c: f64) -> f64 {
+    if c.is_finite() { a_slope(mixture, c) * (c + s) - projected(mixture, c) } else { s }
 }
 
 /// a'' (c+s)⁴/s² over c in an interval.
 fn curvature(mixture: &BeckmannMixture, s: f64, [from, to]: Interval) -> Interval {
     let mut sum = [0.0; 2];
     for j in mixture.components() {
-        let of = |c: f64| {
-            let a = c / j.alpha;
-            let decay = (-a * a).exp();
-            if decay > 0.0 { decay * (c + s).powi(4) / (s * s) } else { 0.0 }
-        };
         let scale = j.weight / (j.alpha * PI.sqrt());
         let peak = 0.5 * ((s * s + 8.0 * j.alpha * j.alpha).sqrt() - s);
-        let [a, b] = [from, to].map(of);
+        let [a, b, top] = [from, to, peak.clamp(from, to)].map(|c| bump(c, s, j.alpha));
         sum[0] += scale * a.min(b);
-        sum[1] += scale * of(peak.clamp(from, to));
+        sum[1] += scale * top;
     }
     sum
 }
 
+/// e^{−c²/α²} (c+s)⁴/s².
+fn bump(c: f64, s: f64, alpha: f64) -> f64 {
+    let a = c / alpha;
+    let decay = (-a * a).exp();
+    // The power is infinite where the decay has vanished.
+    if decay > 0.0 { decay * (c + s).powi(4) / (s * s) } else { 0.0 }
+}
+
 /// d²F/dc² = 20 (f90−f0)(1−c)³.
-fn fresnel(curve: &Fresnel, [from, to]: Interval) -> Interval {
-    let at = |c: f64| 20.0 * (curve.f90 - curve.f0) * (1.0 - c).max(0.0).powi(3);
-    between(at(from), at(to))
+fn fresnel(curve: &Fresnel, c: Interval) -> Interval {
+    let [a, b] = c.map(|c| 20.0 * (curve.f90 - curve.f0) * (1.0 - c).max(0.0).powi(3));
+    between(a, b)
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use crate::lut::axis::Warp;
-use crate::lut::bend::{Bends, Interval};
+use crate::lut::bend::Bends;
+use crate::lut::interval::Interval;
 use crate::lut::quantity::Encoding;
 use crate::lut::row::Rows;
 use crate::lut::table::Table;
@@ -50,12 +51,14 @@ impl CellErrors {
     pub fn new(term: Term, table: &Table, rows: &Rows, bends: &Bends, weights: Interval) -> Self {
         let cells_per_row = table.size[0] - 1;
         let warp = term.warp(rows);
-        let of_row = |row: usize| {
-            let cells = Cells { term, table, rows, bends, weights, warp: &warp, row };
-            cells.errors()
-        };
-        let errors = (0..term.row_count(rows)).into_par_iter().flat_map_iter(of_row).collect();
-        Self { cells_per_row, errors }
+        let rows_of_cells = (0..term.row_count(rows)).into_par_iter().map(|row| {
+            let warp = &warp;
+            Cells { term, table, rows, bends, weights, warp, row }
+        });
+        Self {
+            cells_per_row,
+            errors: rows_of_cells.flat_map_iter(|cells| cells.errors()).collect(),
+        }
     }
 
     /// How many cells a row has.
@@ -78,6 +81,12 @@ impl CellErrors {
     }
 }
 
+/// g = (1+δ_D)(1+δ_i)(1+δ_o), the factor by which D G1(wi) G1(wo) grows, from relative errors δ.
+#[must_use]
+pub fn growth([d, g1_i, g1_o]: [Interval; 3]) -> Interval {
+    [0, 1].map(|end| (1.0 + d[end]) * (1.0 + g1_i[end]) * (1.0 + g1_o[end]))
+}
+
 /// The cells of one row.
 struct Cells<'a> {
     term: Term,
@@ -90,6 +99,7 @@ struct Cells<'a> {
 }
 
 impl Cells<'_> {
+    /// The errors of every cell.
     fn errors(&self) -> Vec<[Interval; 3]> {
         let width = self.table.size[0];
         let last = (width - 1) as f64;
@@ -98,15 +108,23 @@ impl Cells<'_> {
         let stored: Vec<[f64; 3]> = (0..width)
             .map(|i| self.table.texels.get(self.row * width + i).map(f64::from))
             .collect();
-        let of_cell = |cell: usize| -> [Interval; 3] {
-            std::array::from_fn(|c| match (exact[cell][c], exact[cell + 1][c]) {
-                (Some(left), Some(right)) => {
-                    self.error(cell, c, [left, right], [stored[cell][c], stored[cell + 1][c]])
-                }
-                _ => [0.0; 2],
-            })
-        };
-        (0..width - 1).map(of_cell).collect()
+        let cells = exact.windows(2).zip(stored.windows(2)).enumerate();
+        cells.map(|(cell, (exact, stored))| self.cell_errors(cell, exact, stored)).collect()
+    }
+
+    /// The errors of a cell per texel channel, from the texels at both of its ends.
+    fn cell_errors(
+        &self,
+        cell: usize,
+        exact: &[[Option<f64>; 3]],
+        stored: &[[f64; 3]],
+    ) -> [Interval; 3] {
+        std::array::from_fn(|c| match (exact[0][c], exact[1][c]) {
+            (Some(left), Some(right)) => {
+                self.error(cell, c, [left, right], [stored[0][c], stored[1][c]])
+            }
+            _ => [0.0; 2],
+        })
     }
 
     /// The exact texel, of `ndf` without the 0 that closes the table.
@@ -119,6 +137,7 @@ impl Cells<'_> {
         self.term.texel(self.rows, self.row, self.warp, u)
     }
 
+    /// The error of a texel channel in a cell, as the table's encoding measures it.
     fn error(&self, cell: usize, c: usize, exact: Interval, stored: Interval) -> Interval {
         let vanishing = self.term == Term::Ndf && (stored[1] < VANISHED || exact[1] < VANISHED);
         let off = if vanishing {
@@ -171,7 +190,7 @@ impl Cells<'_> {
 
     /// The same without a bound on the bend: the extremes met at some places.
     fn sampled(&self, c: usize, u: Interval, exact: Interval, stored: Interval) -> Interval {
-        let off = |k: usize| {
+        let offs = (0..=SAMPLES).map(|k| {
             let w = k as f64 / SAMPLES as f64;
             let truth = match k {
                 0 => exact[0],
@@ -179,17 +198,21 @@ impl Cells<'_> {
                 _ => self.exact(u[0] + (u[1] - u[0]) * w)[c].unwrap_or(exact[0]),
             };
             stored[0] + (stored[1] - stored[0]) * w - truth
-        };
-        let offs = (0..=SAMPLES).map(off);
+        });
         offs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], e| [low.min(e), high.max(e)])
     }
 }
 
 /// The largest of (1−w) a + w b + ½ k w (1−w) over w in \[0, 1\].
 fn largest_of_parabola([a, b]: Interval, k: f64) -> f64 {
-    let at = |w: f64| (1.0 - w) * a + w * b + 0.5 * k * w * (1.0 - w);
     let ends = a.max(b);
-    if k > 0.0 { at((0.5 + (b - a) / k).clamp(0.0, 1.0)).max(ends) } else { ends }
+    let top = (0.5 + (b - a) / k).clamp(0.0, 1.0);
+    if k > 0.0 { parabola(a, b, k, top).max(ends) } else { ends }
+}
+
+/// (1−w) a + w b + ½ k w (1−w).
+fn parabola(a: f64, b: f64, k: f64, w: f64) -> f64 {
+    (1.0 - w) * a + w * b + 0.5 * k * w * (1.0 - w)
 }
 
 #[cfg(test)]
@@ -199,8 +222,8 @@ mod tests {
     #[test]
     fn the_parabola_s_top_is_found() {
         for (a, b, k) in [(0.0, 0.0, 1.0), (1.0, -0.5, 2.0), (0.1, 0.2, -3.0), (0.0, 1.0, 0.5)] {
-            let at = |w: f64| (1.0 - w) * a + w * b + 0.5 * k * w * (1.0 - w);
-            let seen = (0..=1000).map(|i| at(f64::from(i) * 1e-3)).fold(f64::MIN, f64::max);
+            let values = (0..=1000).map(|i| parabola(a, b, k, f64::from(i) * 1e-3));
+            let seen = values.fold(f64::MIN, f64::max);
             let top = largest_of_parabola([a, b], k);
             assert!(seen <= top + 1e-12 && top - seen < 1e-6, "{a} {b} {k}: {seen} {top}");
         }

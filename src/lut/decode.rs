@@ -26,6 +26,27 @@ pub enum Lookup {
 /// # Formula
 ///
 /// f = ρd/π + Σ_lobes (ρs/π) F(wi·h) D(h) G1(wi) G1(wo)/(cosθi cosθo), the factors from the tables.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::lut::decode::Lookup;
+/// use sgdbake::{LutBrdf, Reflectance, SgdBrdf, spherical};
+/// use sgdbake::{Depths, Extent, MaskingKind, Quantity, Request, bake, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let baked = bake(&[named("gold-paint")?], &request)?;
+/// let decoded = LutBrdf::new(&baked, 0, Lookup::Filtered).expect("all three are baked");
+/// let exact = SgdBrdf::new(named("gold-paint")?, MaskingKind::Exact);
+/// let (wi, wo) = (spherical(0.4, 0.0), spherical(0.6, 2.0));
+/// assert!((decoded.eval(wi, wo)[0] / exact.eval(wi, wo)[0] - 1.0).abs() < 0.1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct LutBrdf {
     placed: Placed,
@@ -40,12 +61,13 @@ impl LutBrdf {
     #[must_use]
     pub fn new(baked: &Baked, index: usize, lookup: Lookup) -> Option<Self> {
         let placed = baked.placed.get(index)?.clone();
-        let find = |quantity| baked.tables.iter().find(|table| table.quantity == quantity).cloned();
         let tables = match placed.row {
             None => None,
-            Some(_) => {
-                Some([find(Quantity::Ndf)?, find(Quantity::Masking)?, find(Quantity::Fresnel)?])
-            }
+            Some(_) => Some([
+                baked.table(Quantity::Ndf)?.clone(),
+                baked.table(Quantity::Masking)?.clone(),
+                baked.table(Quantity::Fresnel)?.clone(),
+            ]),
         };
         Some(Self { placed, tables, lookup })
     }
@@ -116,10 +138,9 @@ impl VolumeBrdf {
     #[must_use]
     pub fn new(baked: &Baked, index: usize) -> Option<Self> {
         let placed = baked.placed.get(index)?;
-        let of_row = |table: &&Table| table.quantity == Quantity::Brdf3d && table.row == placed.row;
         let table = match placed.row {
             None => None,
-            Some(_) => Some(baked.tables.iter().find(of_row)?.clone()),
+            Some(row) => Some(baked.volume(row)?.clone()),
         };
         Some(Self { rho_d: placed.material.rho_d(), rho_s: total_rho_s(&placed.material), table })
     }
@@ -133,8 +154,7 @@ impl VolumeBrdf {
 
 /// Σρs of a material's lobes, per colour.
 fn total_rho_s(material: &Material) -> [f64; 3] {
-    let rho_s = |c: usize| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum();
-    [0, 1, 2].map(rho_s)
+    [0, 1, 2].map(|c| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum())
 }
 
 impl Reflectance for VolumeBrdf {
@@ -179,20 +199,27 @@ mod tests {
     fn finer_tables_are_nearer_and_filtering_helps() {
         let material = &find("gold-paint").expect("in the catalogue").material;
         let exact = SgdBrdf::new(material, MaskingKind::Exact);
-        let error = |width: usize, lookup: Lookup| -> f64 {
-            let baked = baked(material, &FACTORS, width, Depth::Float);
-            let lut = LutBrdf::new(&baked, 0, lookup).expect("all three are baked");
-            let of = |i: u32| {
-                let wo = spherical(0.015 * f64::from(i), 0.0);
-                let wi = spherical(0.013 * f64::from(i), 3.0);
-                (lut.eval(wi, wo)[1] / exact.eval(wi, wo)[1] - 1.0).abs()
-            };
-            (0..100).map(of).fold(0.0, f64::max)
-        };
-        let fine = error(1024, Lookup::Filtered);
+        let [fine, coarse, nearest] =
+            [(1024, Lookup::Filtered), (64, Lookup::Filtered), (1024, Lookup::Nearest)].map(
+                |(width, lookup)| {
+                    let baked = baked(material, &FACTORS, width, Depth::Float);
+                    let lut = LutBrdf::new(&baked, 0, lookup).expect("all three are baked");
+                    largest_error(&lut, &exact)
+                },
+            );
         assert!(fine < 1e-4, "{fine:e}");
-        assert!(fine < 0.1 * error(64, Lookup::Filtered));
-        assert!(fine < 0.1 * error(1024, Lookup::Nearest));
+        assert!(fine < 0.1 * coarse);
+        assert!(fine < 0.1 * nearest);
+    }
+
+    /// The largest relative error of green over a hundred pairs.
+    fn largest_error(lut: &LutBrdf, exact: &SgdBrdf) -> f64 {
+        let errors = (0..100).map(|i| {
+            let wo = spherical(0.015 * f64::from(i), 0.0);
+            let wi = spherical(0.013 * f64::from(i), 3.0);
+            (lut.eval(wi, wo)[1] / exact.eval(wi, wo)[1] - 1.0).abs()
+        });
+        errors.fold(0.0, f64::max)
     }
 
     #[test]

@@ -51,6 +51,14 @@ pub enum BakeError {
     /// 16-bit integers cannot hold a quantity that spans hundreds of decades.
     #[error("`{quantity}` does not fit 16-bit integers; use exr or ktx2, or bake masking, fresnel and albedo only", quantity = .0.name())]
     Range(Quantity),
+    /// The machine has too little memory.
+    #[error("the bake needs about {} MB of memory{}", .needed.div_ceil(1_000_000), of_free(*.free))]
+    Memory {
+        /// Bytes needed, estimated.
+        needed: usize,
+        /// Bytes that are free, where they are known to be fewer.
+        free: Option<usize>,
+    },
     /// The largest textures do not keep the tolerance.
     #[error("the tolerance {tolerance} cannot be kept: the best error reached is {best:.3e}")]
     NotReached {
@@ -59,4 +67,12 @@ pub enum BakeError {
         /// The smallest error found.
         best: f64,
     },
+}
+
+/// The part of a message that names the free memory.
+fn of_free(free: Option<usize>) -> String {
+    match free {
+        Some(bytes) => format!("; {} MB are free", bytes / 1_000_000),
+        None => ", more than this process may have".to_owned(),
+    }
 }

@@ -11,10 +11,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::brdf::SgdBrdf;
-use crate::lut::attack::attack;
+use crate::lut::attack::{attack, scatter};
 use crate::lut::axis::Warp;
-use crate::lut::bend::{Bends, Interval, times};
-use crate::lut::cell_error::{CellErrors, ROUNDED_WEIGHTS};
+use crate::lut::bend::Bends;
+use crate::lut::cell_error::{CellErrors, ROUNDED_WEIGHTS, growth};
+use crate::lut::interval::{Interval, times};
 use crate::lut::probe::Probe;
 use crate::lut::range::WIDTHS;
 use crate::lut::row::{Placed, Rows};
@@ -91,18 +92,67 @@ impl Subject {
         })
     }
 
-    /// The same material at other probes.
-    fn with_probes(&self, probes: Vec<Probe>) -> Self {
-        let coordinates = probes.iter().map(|probe| self.places.coordinates(probe)).collect();
+    /// The same material at another probe.
+    fn at(&self, probe: &Probe) -> Self {
+        let coordinates = vec![self.places.coordinates(probe)];
+        let probes = vec![probe.clone()];
         Self { probes, coordinates, places: self.places.clone(), ..*self }
     }
 
     /// The largest error of f decoded from `tables`; a factor without a table is exact.
     fn error(&self, tables: &[Table], filter: Filter) -> f64 {
-        let find = |term: Term| tables.iter().find(|table| table.quantity == term.quantity());
-        let tables = Term::ALL.map(find);
+        let tables =
+            Term::ALL.map(|term| tables.iter().find(|table| table.quantity == term.quantity()));
         let probes = self.probes.iter().zip(&self.coordinates);
         probes.map(|(probe, at)| self.probe_error(probe, at, tables, filter)).fold(0.0, f64::max)
+    }
+
+    /// The largest error by any of the filters.
+    fn worst_error(&self, tables: &[Table], filters: &[Filter]) -> f64 {
+        filters.iter().map(|filter| self.error(tables, *filter)).fold(0.0, f64::max)
+    }
+
+    /// The largest error that climbs from the worst probe find, and the subject of that probe
+    /// alone.
+    fn attacked(
+        &self,
+        brdf: &SgdBrdf,
+        tables: &[Table],
+        filters: &[Filter],
+    ) -> Option<(f64, Self)> {
+        let errors: Vec<f64> =
+            self.probes.iter().map(|probe| self.at(probe).worst_error(tables, filters)).collect();
+        let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]))?;
+        let (found, probe) =
+            attack(brdf, &self.probes[worst], |probe| self.at(probe).worst_error(tables, filters));
+        Some((found, self.at(&probe)))
+    }
+
+    /// The largest error that climbs and random moves find for one filter after another, and the
+    /// subject of that probe alone.
+    fn searched(
+        &self,
+        brdf: &SgdBrdf,
+        tables: &[Table],
+        filters: &[Filter],
+    ) -> Option<(f64, Self)> {
+        let found = filters.iter().flat_map(|filter| self.climbs(brdf, tables, *filter));
+        let (error, probe) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((error, self.at(&probe)))
+    }
+
+    /// Where climbs from the worst probes end for a filter.
+    fn climbs(&self, brdf: &SgdBrdf, tables: &[Table], filter: Filter) -> Vec<(f64, Probe)> {
+        const CLIMBS: usize = 4;
+        let error = |probe: &Probe| self.at(probe).error(tables, filter);
+        let mut starts: Vec<(f64, &Probe)> =
+            self.probes.iter().map(|probe| (error(probe), probe)).collect();
+        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let climb = |(_, start): &(f64, &Probe)| {
+            let (_, probe) = attack(brdf, start, error);
+            scatter(brdf, &probe, error)
+        };
+        starts.iter().take(CLIMBS).map(climb).collect()
     }
 
     fn probe_error(
@@ -112,14 +162,15 @@ impl Subject {
         [ndf, masking, fresnel]: [Option<&Table>; 3],
         filter: Filter,
     ) -> f64 {
-        let value = |table: &Table, row: usize, u: f32| table.value(row, u, self.ndf_peaks, filter);
-        let slope_density = ndf.map(|table| value(table, self.row, at.half));
-        let g1 = masking.map(|table| at.masking.map(|u| value(table, self.row, u)));
+        let peaks = self.ndf_peaks;
+        let slope_density = ndf.map(|table| table.value(self.row, at.half, peaks, filter));
+        let g1 = masking.map(|table| at.masking.map(|u| table.value(self.row, u, peaks, filter)));
         let inv_cos2 = 1.0 + probe.angles.tan2_h;
         let mut decoded = [0.0; 3];
         for (j, exact) in probe.lobes.iter().enumerate().filter(|(j, _)| self.visible[*j]) {
-            let f = fresnel
-                .map_or(exact.fresnel, |table| value(table, self.fresnel_rows[j], at.difference));
+            let f = fresnel.map_or(exact.fresnel, |table| {
+                table.value(self.fresnel_rows[j], at.difference, peaks, filter)
+            });
             let d = slope_density.map_or(exact.ndf, |p22| p22[j] * inv_cos2 * inv_cos2);
             let [g1_i, g1_o] = g1.map_or(exact.g1, |g1| g1.map(|g1| g1[j]));
             for c in (0..3).filter(|c| exact.scale[*c] > 0.0) {
@@ -155,16 +206,13 @@ impl Subject {
         at: &Coordinates,
         [ndf, masking, fresnel]: [Option<&CellErrors>; 3],
     ) -> f64 {
-        let cell = |errors: Option<&CellErrors>, row: usize, u: f32| {
-            errors.map_or([[0.0; 2]; 3], |errors| *errors.at(row, f64::from(u)))
-        };
-        let ndf = cell(ndf, self.row, at.half);
-        let [g1_i, g1_o] = at.masking.map(|u| cell(masking, self.row, u));
+        let ndf = errors_at(ndf, self.row, at.half);
+        let [g1_i, g1_o] = at.masking.map(|u| errors_at(masking, self.row, u));
         let mut off = [[0.0; 2]; 3];
         for (j, exact) in probe.lobes.iter().enumerate() {
-            let kept = |k: usize| (1.0 + ndf[j][k]) * (1.0 + g1_i[j][k]) * (1.0 + g1_o[j][k]);
-            let growth = if self.visible[j] { [kept(0), kept(1)] } else { [0.0; 2] };
-            let fresnel = cell(fresnel, self.fresnel_rows[j], at.difference);
+            let growth =
+                if self.visible[j] { growth([ndf[j], g1_i[j], g1_o[j]]) } else { [0.0; 2] };
+            let fresnel = errors_at(fresnel, self.fresnel_rows[j], at.difference);
             let product = exact.ndf * exact.g1[0] * exact.g1[1];
             for c in (0..3).filter(|c| exact.scale[*c] > 0.0) {
                 let by_growth = growth.map(|g| exact.fresnel[c] * (g - 1.0));
@@ -174,14 +222,18 @@ impl Subject {
                 off[c][1] += scale * (by_growth[0].max(by_growth[1]) + by_fresnel[1]);
             }
         }
-        let error = |c: usize| probe.colours[c].error_of(off[c][1].max(-off[c][0]));
-        (0..3).map(error).fold(0.0, f64::max)
+        (0..3).map(|c| probe.colours[c].error_of(off[c][1].max(-off[c][0]))).fold(0.0, f64::max)
     }
 }
 
 /// A bound on the error of f over all subjects, decoded from `tables` of `terms`.
 fn bound(subjects: &[Subject], errors: &[(Term, CellErrors)]) -> f64 {
     subjects.par_iter().map(|subject| subject.bound(errors)).reduce(|| 0.0, f64::max)
+}
+
+/// The errors of a factor at a coordinate of a row; 0 where it has no table.
+fn errors_at(errors: Option<&CellErrors>, row: usize, u: f32) -> [Interval; 3] {
+    errors.map_or([[0.0; 2]; 3], |errors| *errors.at(row, f64::from(u)))
 }
 
 /// The cell errors of each factor, where it has a table.
@@ -198,17 +250,27 @@ pub fn attacked(
     filters: &[Filter],
 ) -> (f64, Vec<Subject>) {
     let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
-    let of_subject = |(brdf, subject): &(&SgdBrdf, Subject)| {
-        let error = |at: &Subject| {
-            filters.iter().map(|filter| at.error(&tables, *filter)).fold(0.0, f64::max)
-        };
-        let one = |probe: &Probe| subject.with_probes(vec![probe.clone()]);
-        let errors: Vec<f64> = subject.probes.iter().map(|probe| error(&one(probe))).collect();
-        let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]))?;
-        let (found, probe) = attack(brdf, &subject.probes[worst], |probe| error(&one(probe)));
-        Some((found, one(&probe)))
-    };
-    let found: Vec<(f64, Subject)> = subjects.par_iter().filter_map(of_subject).collect();
+    let found: Vec<(f64, Subject)> = subjects
+        .par_iter()
+        .filter_map(|(brdf, subject)| subject.attacked(brdf, &tables, filters))
+        .collect();
+    let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
+    (largest, found.into_iter().map(|(_, subject)| subject).collect())
+}
+
+/// As [`attacked`], by one texture unit after another, with climbs and random moves from several of
+/// each subject's worst probes.
+#[must_use]
+pub fn searched(
+    subjects: &[(&SgdBrdf, Subject)],
+    tables: &[Table],
+    filters: &[Filter],
+) -> (f64, Vec<Subject>) {
+    let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
+    let found: Vec<(f64, Subject)> = subjects
+        .par_iter()
+        .filter_map(|(brdf, subject)| subject.searched(brdf, &tables, filters))
+        .collect();
     let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
     (largest, found.into_iter().map(|(_, subject)| subject).collect())
 }
@@ -217,10 +279,8 @@ pub fn attacked(
 #[must_use]
 pub fn measure(subjects: &[Subject], tables: &[Table], filters: &[Filter]) -> f64 {
     let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
-    let of_subject = |subject: &Subject| {
-        filters.iter().map(|filter| subject.error(&tables, *filter)).fold(0.0, f64::max)
-    };
-    subjects.par_iter().map(of_subject).reduce(|| 0.0, f64::max)
+    let errors = subjects.par_iter().map(|subject| subject.worst_error(&tables, filters));
+    errors.reduce(|| 0.0, f64::max)
 }
 
 /// The errors of every cell of the tables, by each texture unit that the promise covers.
@@ -231,10 +291,10 @@ pub fn cell_errors(
     bends: &[Bends],
     tables: &[Table],
 ) -> Vec<(Term, CellErrors)> {
-    let of_term = |((term, bends), table): ((&Term, &Bends), &Table)| {
-        (*term, CellErrors::new(*term, table, rows, bends, WEIGHTS))
-    };
-    terms.iter().zip(bends).zip(tables).map(of_term).collect()
+    let factors = terms.iter().zip(bends).zip(tables);
+    factors
+        .map(|((term, bends), table)| (*term, CellErrors::new(*term, table, rows, bends, WEIGHTS)))
+        .collect()
 }
 
 /// The tables of some factors, in search of their sizes.
@@ -270,13 +330,10 @@ impl<'a> Factors<'a> {
     /// Linear interpolation over n texels errs by c_q/n², c_q measured at a reference width. The
     /// sum Σ n_q under Σ c_q/n_q² = e is least for n_q = √(C/e)·c_q^{1/3}, C = Σ c_q^{1/3}.
     fn expected_widths(&self, subjects: &[Subject], tolerance: f64) -> Vec<f64> {
-        let cube_root = |(term, bends): (&Term, &Bends)| {
-            let table = term.tabulate(self.rows, REFERENCE_WIDTH, Depth::Float);
-            let errors = CellErrors::new(*term, &table, self.rows, bends, WEIGHTS);
-            let error = bound(subjects, &[(*term, errors)]);
-            (error * (REFERENCE_WIDTH - 1).pow(2) as f64).cbrt()
-        };
-        let roots: Vec<f64> = self.terms.iter().zip(self.bends).map(cube_root).collect();
+        let factors = self.terms.iter().zip(self.bends);
+        let coefficients =
+            factors.map(|(term, bends)| interpolation(*term, self.rows, bends, subjects));
+        let roots: Vec<f64> = coefficients.map(f64::cbrt).collect();
         let sum: f64 = roots.iter().sum();
         roots.iter().map(|root| 1.0 + (sum / tolerance).sqrt() * root).collect()
     }
@@ -293,10 +350,10 @@ impl Sizable for Factors<'_> {
     }
 
     fn build(&self, growth: f64, depth: Depth) -> Vec<Table> {
-        let table = |(term, width): (&Term, &f64)| {
-            term.tabulate(self.rows, admissible(width * growth), depth)
-        };
-        self.terms.iter().zip(&self.widths).map(table).collect()
+        let factors = self.terms.iter().zip(&self.widths);
+        factors
+            .map(|(term, width)| term.tabulate(self.rows, admissible(width * growth), depth))
+            .collect()
     }
 
     fn measure(&self, tables: &Vec<Table>, subjects: &[Subject]) -> f64 {
@@ -306,6 +363,13 @@ impl Sizable for Factors<'_> {
     fn bound(&self, tables: &Vec<Table>, subjects: &[Subject]) -> f64 {
         bound(subjects, &cell_errors(self.rows, self.terms, self.bends, tables))
     }
+}
+
+/// The coefficient c of a factor's interpolation error c/n².
+fn interpolation(term: Term, rows: &Rows, bends: &Bends, subjects: &[Subject]) -> f64 {
+    let table = term.tabulate(rows, REFERENCE_WIDTH, Depth::Float);
+    let errors = CellErrors::new(term, &table, rows, bends, WEIGHTS);
+    bound(subjects, &[(term, errors)]) * (REFERENCE_WIDTH - 1).pow(2) as f64
 }
 
 /// The whole number of texels that a texture may have, nearest above `width`.

@@ -14,11 +14,16 @@ pub mod covering;
 pub mod decode;
 pub(crate) mod error;
 #[doc(hidden)]
+pub(crate) mod extremes;
+#[doc(hidden)]
 pub mod factors;
+pub(crate) mod interval;
+pub(crate) mod memory;
 #[doc(hidden)]
 pub mod probe;
 pub(crate) mod quantity;
 pub(crate) mod range;
+pub(crate) mod ranges;
 pub(crate) mod request;
 #[doc(hidden)]
 pub mod row;

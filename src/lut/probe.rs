@@ -6,8 +6,10 @@ use glam::DVec3;
 
 use crate::brdf::SgdBrdf;
 use crate::material::MAX_LOBES;
-use crate::math::direction::{Angles, above_horizon, abs_cos_phi_d, from_cos_sin, spherical};
-use crate::microfacet::Distribution as _;
+use crate::math::direction::{
+    Angles, above_horizon, abs_cos_phi_d, at_cot, from_cos_sin, spherical,
+};
+use crate::microfacet::{Distribution as _, Fresnel};
 
 /// Viewers that a set of probes covers.
 const VIEWERS: usize = 40;
@@ -96,9 +98,9 @@ impl Reach {
     /// vanished.
     #[must_use]
     pub fn new(brdf: &SgdBrdf) -> Self {
-        let alphas = || brdf.lobes.iter().map(|lobe| lobe.distribution.alpha());
-        let sharpest = alphas().fold(f64::INFINITY, f64::min);
-        let widest = alphas().fold(0.0, f64::max);
+        let alphas = brdf.lobes.iter().map(|lobe| lobe.distribution.alpha());
+        let sharpest = alphas.clone().fold(f64::INFINITY, f64::min);
+        let widest = alphas.fold(0.0, f64::max);
         Self {
             tan2_theta_h: [0.1 * sharpest * sharpest.min(0.1), 60.0 * widest],
             grazing: sharpest.sqrt().min(1.0),
@@ -127,6 +129,37 @@ pub fn probes(brdf: &SgdBrdf, seed: usize) -> Vec<Probe> {
         .collect()
 }
 
+/// Probes of the viewers whose mirror direction a lobe leaves dark in some colour, as its Fresnel
+/// curve crosses 0 there: next to the little that is left the error of a texture is largest.
+#[must_use]
+pub fn crossings(brdf: &SgdBrdf) -> Vec<Probe> {
+    let curves = brdf.lobes.iter().filter(|lobe| lobe.rho_s.iter().any(|rho_s| *rho_s > 0.0));
+    let zeros = curves.flat_map(|lobe| lobe.fresnel.iter().flat_map(zeros));
+    let mirror = |cos: f64| {
+        let wo = from_cos_sin(cos, (1.0 - cos * cos).sqrt(), 0.0);
+        probes_of_pair(brdf, [DVec3::new(-wo.x, -wo.y, wo.z), wo])
+    };
+    zeros.flat_map(mirror).collect()
+}
+
+/// The cosθd between 0 and 1 at which a Fresnel curve is 0.
+fn zeros(fresnel: &Fresnel) -> Vec<f64> {
+    const CELLS: u32 = 64;
+    const HALVINGS: usize = 40;
+    let at = |i: u32| f64::from(i) / f64::from(CELLS);
+    let crossed = (0..CELLS)
+        .map(|i| [at(i), at(i + 1)])
+        .filter(|[a, b]| fresnel.eval(*a) * fresnel.eval(*b) < 0.0);
+    let zero = |[mut a, mut b]: [f64; 2]| {
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (a + b);
+            if fresnel.eval(a) * fresnel.eval(middle) <= 0.0 { b = middle } else { a = middle }
+        }
+        0.5 * (a + b)
+    };
+    crossed.map(zero).collect()
+}
+
 /// The probes of the viewer of one pair of directions, that pair the first; none below the horizon.
 #[must_use]
 pub fn probes_of_pair(brdf: &SgdBrdf, [wi, wo]: [DVec3; 2]) -> Vec<Probe> {
@@ -143,9 +176,7 @@ fn viewer_direction(viewer: usize, index: usize, grazing: f64) -> DVec3 {
     if viewer.is_multiple_of(2) {
         return spherical(fraction * FRAC_PI_2 * 0.9999, 0.0);
     }
-    let cot = grazing * 10f64.powf(4.5 * fraction - 3.0);
-    let sin = 1.0 / cot.hypot(1.0);
-    from_cos_sin(cot * sin, sin, 0.0)
+    at_cot(grazing * 10f64.powf(4.5 * fraction - 3.0))
 }
 
 /// The lights of a viewer: mirrored in half vectors, and all over the hemisphere.
@@ -207,10 +238,9 @@ fn probe(brdf: &SgdBrdf, wi: DVec3, wo: DVec3) -> Option<Probe> {
         let of_lobe = slot.specular();
         specular = std::array::from_fn(|c| specular[c] + of_lobe[c]);
     }
-    let colour = |c: usize| {
+    let colours = [0, 1, 2].map(|c| {
         let reflected = (brdf.rho_d[c] * FRAC_1_PI * angles.cos[0] + specular[c]).abs();
         Exact { specular: specular[c], reflected, bound: 0.0 }
-    };
-    let colours = [0, 1, 2].map(colour);
+    });
     Some(Probe { pair: [wi, wo], angles, abs_cos_phi_d: abs_cos_phi_d(wi, wo), lobes, colours })
 }

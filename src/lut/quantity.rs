@@ -5,6 +5,15 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 /// A quantity that a texture stores.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::Quantity;
+///
+/// assert_eq!("ndf".parse(), Ok(Quantity::Ndf));
+/// assert_eq!(Quantity::Brdf3d.name(), "brdf3d");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -50,7 +59,7 @@ pub enum Factor {
 
 /// No quantity of that name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' is not a quantity; accepted are ndf, masking, fresnel, albedo, brdf3d")]
+#[error("'{0}' is not a quantity; use ndf, masking, fresnel, albedo or brdf3d")]
 pub struct UnknownQuantity(String);
 
 impl FromStr for Quantity {

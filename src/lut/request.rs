@@ -7,13 +7,29 @@ use crate::lut::range::{TOLERANCES, WIDTHS};
 use crate::lut::table::Depth;
 
 /// The order of a bake.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, Extent, MaskingKind, Quantity, Request};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// assert!(request.wants(Quantity::Ndf) && !request.wants(Quantity::Albedo));
+/// assert!(request.check().is_ok());
+/// assert!(Request { extent: Extent::Size(1), ..request }.check().is_err());
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// The quantities, one texture each.
     pub quantities: Vec<Quantity>,
-    /// Which masking is stored.
+    /// The masking that is stored.
     pub masking: MaskingKind,
-    /// How large the textures become.
+    /// The size of the textures.
     pub extent: Extent,
     /// The texels' number format.
     pub depths: Depths,
@@ -56,7 +72,23 @@ impl Request {
     }
 }
 
-/// How large textures become.
+/// The size of textures.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, Extent, MaskingKind, Quantity, Request, bake, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Tolerance(1e-2), // the smallest textures that keep this relative error
+///     depths: Depths::Smallest,
+/// };
+/// let table = &bake(&[named("gold-paint")?], &request)?.tables[0];
+/// assert!(table.error.measured.is_some_and(|error| error <= 1e-2));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extent {
     /// So many texels along every axis that is not a row.
@@ -65,7 +97,16 @@ pub enum Extent {
     Tolerance(f64),
 }
 
-/// Which number formats a bake may use.
+/// The number formats that a bake may use.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, lut::Depth};
+///
+/// assert_eq!(Depths::Smallest.candidates()[0], Depth::Half);
+/// assert_eq!(Depths::Only(Depth::Float).candidates(), [Depth::Float]);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Depths {
     /// The smallest that keeps the tolerance; half for a fixed size.

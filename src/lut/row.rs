@@ -1,7 +1,7 @@
 //! Rows: the distinct lobes among the materials of a bake, each stored once.
 
 use crate::brdf::{Lobe, MaskingKind, SgdBrdf};
-use crate::material::{LobeParams, MAX_LOBES, Material};
+use crate::material::{MAX_LOBES, Material};
 use crate::microfacet::{FittedMasking, Fresnel, Sgd, SgdNdf};
 
 /// The rows of a bake's textures.
@@ -53,13 +53,12 @@ impl Placed {
     #[must_use]
     pub fn new(material: &Material, row: Option<usize>, rows: &Rows) -> Self {
         let lobes = material.lobes();
-        let peak = |lobe: &LobeParams| SgdNdf::new(lobe.alpha(), lobe.p()).peak();
         let fresnel_rows = row.map_or(&[][..], |row| &rows.lobes[row].fresnel_rows[..lobes.len()]);
         Self {
             material: with_masking_fits(material),
             row,
             fresnel_rows: fresnel_rows.to_vec(),
-            ndf_peak: lobes.iter().map(peak).collect(),
+            ndf_peak: lobes.iter().map(|lobe| SgdNdf::new(lobe.alpha(), lobe.p()).peak()).collect(),
         }
     }
 
@@ -74,8 +73,7 @@ impl Placed {
 #[must_use]
 pub fn with_masking_fits(material: &Material) -> Material {
     material.clone().map_lobes(|lobe| {
-        let fit = || FittedMasking::of(&lobe).params();
-        lobe.with_masking(lobe.masking().unwrap_or_else(fit))
+        lobe.with_masking(lobe.masking().unwrap_or_else(|| FittedMasking::of(&lobe).params()))
     })
 }
 
@@ -83,14 +81,13 @@ impl Rows {
     /// Adds the row of a material's lobes without those for which `visible` is false, and its rows
     /// of `fresnel`: one where no colour has two stored lobes, else one for each lobe.
     pub fn push(&mut self, name: &str, brdf: &SgdBrdf, visible: [bool; MAX_LOBES]) {
-        let lobe = |j: usize| brdf.lobes.get(j).filter(|_| visible[j]).cloned();
-        let lobes: [Option<Lobe<Sgd>>; MAX_LOBES] = std::array::from_fn(lobe);
+        let lobes: [Option<Lobe<Sgd>>; MAX_LOBES] =
+            std::array::from_fn(|j| brdf.lobes.get(j).filter(|_| visible[j]).cloned());
         let first = self.fresnel.len();
         let mut fresnel_rows = [first; MAX_LOBES];
         let name = name.to_owned();
         if (0..3).all(|c| colouring(&lobes, c).count() <= 1) {
-            let curve = |c: usize| colouring(&lobes, c).next().map(|lobe| lobe.fresnel[c]);
-            let curves = [0, 1, 2].map(curve);
+            let curves = [0, 1, 2].map(|c| colouring(&lobes, c).next().map(|lobe| lobe.fresnel[c]));
             self.fresnel.push(FresnelRow { name: name.clone(), curves });
         } else {
             for (lobe, row) in lobes.iter().zip(&mut fresnel_rows) {
@@ -117,6 +114,11 @@ impl Row {
         self.lobes.iter().flatten()
     }
 
+    /// A number of each stored lobe.
+    pub fn each(&self, number: impl Fn(&Lobe<Sgd>) -> f64) -> [Option<f64>; MAX_LOBES] {
+        self.lobes.each_ref().map(|lobe| lobe.as_ref().map(&number))
+    }
+
     /// Each stored lobe's share ρs/Σρs of a colour; 0 where no lobe colours it.
     #[must_use]
     pub fn shares(&self, c: usize) -> [f64; MAX_LOBES] {
@@ -132,16 +134,18 @@ impl Row {
 pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; MAX_LOBES]) -> Vec<u64> {
     let totals =
         [0, 1, 2].map(|c| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum::<f64>());
-    let of_lobe = |(lobe, visible): (&LobeParams, bool)| -> Vec<u64> {
-        if !visible {
-            return vec![0];
+    let mut key = Vec::new();
+    for (lobe, visible) in material.lobes().iter().zip(visible) {
+        if visible {
+            let masking = lobe.masking().filter(|_| kind == MaskingKind::Fitted);
+            let fitted = masking.map_or([0.0; 3], |m| [m.lambda, m.c, m.k]);
+            let shares =
+                [0, 1, 2].map(|c| if totals[c] > 0.0 { lobe.rho_s()[c] / totals[c] } else { 0.0 });
+            let numbers = [[lobe.alpha(), lobe.p(), 0.0], lobe.f0(), lobe.f1(), fitted, shares];
+            key.extend(numbers.as_flattened().iter().map(|number| number.to_bits()));
+        } else {
+            key.push(0);
         }
-        let masking = lobe.masking().filter(|_| kind == MaskingKind::Fitted);
-        let fitted = masking.map_or([0.0; 3], |m| [m.lambda, m.c, m.k]);
-        let share = |c: usize| if totals[c] > 0.0 { lobe.rho_s()[c] / totals[c] } else { 0.0 };
-        let shares = [0, 1, 2].map(share);
-        let numbers = [[lobe.alpha(), lobe.p(), 0.0], lobe.f0(), lobe.f1(), fitted, shares];
-        numbers.into_iter().flatten().map(f64::to_bits).collect()
-    };
-    material.lobes().iter().zip(visible).flat_map(of_lobe).collect()
+    }
+    key
 }

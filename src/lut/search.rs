@@ -1,6 +1,7 @@
 //! The search for the smallest tables that keep a tolerance, and its verification.
 
 use crate::lut::error::BakeError;
+use crate::lut::memory;
 use crate::lut::request::Depths;
 use crate::lut::table::Depth;
 
@@ -21,6 +22,11 @@ pub trait Sizable: Sync {
     /// The largest growth that textures have room for; `None` if none has.
     fn largest_growth(&self) -> Option<f64>;
 
+    /// The bytes that building these tables takes; 0 where they are few.
+    fn bytes(&self, _growth: f64, _depth: Depth) -> usize {
+        0
+    }
+
     /// The tables of the expected size times `growth`.
     fn build(&self, growth: f64, depth: Depth) -> Self::Tables;
 
@@ -37,7 +43,8 @@ pub trait Sizable: Sync {
 ///
 /// # Errors
 ///
-/// [`BakeError::NotReached`] with the best error, where the largest tables do not keep it.
+/// [`BakeError::NotReached`] with the best error, where the largest tables do not keep it;
+/// [`BakeError::Memory`] where there is too little to try.
 pub fn smallest<S: Sizable>(
     sizable: &S,
     probes: &[S::Probe],
@@ -49,12 +56,13 @@ pub fn smallest<S: Sizable>(
     for aim in S::AIMS {
         for depth in depths.candidates() {
             let mut keeps = |growth: f64| {
+                memory::check(sizable.bytes(growth, *depth))?;
                 let tables = sizable.build(growth, *depth);
                 let error = sizable.bound(&tables, probes);
                 best = best.min(error);
-                (error <= aim * tolerance).then_some(tables)
+                Ok((error <= aim * tolerance).then_some(tables))
             };
-            if let Some(tables) = least(largest, &mut keeps) {
+            if let Some(tables) = least(largest, &mut keeps)? {
                 return Ok(tables);
             }
         }
@@ -64,23 +72,26 @@ pub fn smallest<S: Sizable>(
 
 /// The result for the smallest growth in steps of [`STEP`], at most `largest`, that `keeps`
 /// accepts: first doubled until accepted, then halved in between.
-fn least<T>(largest: f64, keeps: &mut impl FnMut(f64) -> Option<T>) -> Option<T> {
+fn least<T, E>(
+    largest: f64,
+    keeps: &mut impl FnMut(f64) -> Result<Option<T>, E>,
+) -> Result<Option<T>, E> {
     let (mut refused, mut accepted) = (0.25, largest.min(1.0));
-    let mut result = keeps(accepted);
+    let mut result = keeps(accepted)?;
     while result.is_none() && accepted < largest {
         refused = accepted;
         accepted = (2.0 * accepted).min(largest);
-        result = keeps(accepted);
+        result = keeps(accepted)?;
     }
-    let mut result = result?;
+    let Some(mut result) = result else { return Ok(None) };
     while accepted / refused > STEP {
         let middle = (accepted * refused).sqrt();
-        match keeps(middle) {
+        match keeps(middle)? {
             Some(better) => (accepted, result) = (middle, better),
             None => refused = middle,
         }
     }
-    Some(result)
+    Ok(Some(result))
 }
 
 /// The judgement of tables at points that their search has not seen.
@@ -97,7 +108,7 @@ pub struct Verified<T> {
     pub tables: T,
     /// The largest error found.
     pub error: f64,
-    /// Whether no point refutes them. After the last search tables are taken whose largest error
+    /// True if no point refutes them. After the last search, tables are taken whose largest error
     /// found is within the tolerance.
     pub unrefuted: bool,
 }

@@ -23,7 +23,7 @@ pub enum Depth {
 
 /// No depth of that name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' is not a depth; accepted are half, float")]
+#[error("'{0}' is not a depth; use half or float")]
 pub struct UnknownDepth(String);
 
 impl FromStr for Depth {
@@ -88,12 +88,14 @@ impl Texels {
 
     /// The texels as codes over the range that they span.
     fn quantised(texels: &[[f64; 3]]) -> Self {
-        let all = || texels.iter().flatten().map(|t| *t as f32);
-        let lowest = all().fold(f32::INFINITY, f32::min);
-        let highest = all().fold(f32::NEG_INFINITY, f32::max).max(lowest + f32::EPSILON);
+        let all = texels.as_flattened().iter().map(|t| *t as f32);
+        let lowest = all.clone().fold(f32::INFINITY, f32::min);
+        let highest = all.fold(f32::NEG_INFINITY, f32::max).max(lowest + f32::EPSILON);
         let span = f64::from(highest) - f64::from(lowest);
-        let code = |t: f64| (65535.0 * (t - f64::from(lowest)) / span).round() as u16;
-        let codes = texels.iter().map(|rgb| rgb.map(code)).collect();
+        let codes = texels
+            .iter()
+            .map(|rgb| rgb.map(|t| (65535.0 * (t - f64::from(lowest)) / span).round() as u16))
+            .collect();
         Self::Unorm16 { range: [lowest, highest], codes }
     }
 
@@ -172,6 +174,25 @@ pub enum Proof {
 }
 
 /// A baked lookup texture.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Depths, Extent, MaskingKind, Quantity, Request, bake, named};
+///
+/// let request = Request {
+///     quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+///     masking: MaskingKind::Exact,
+///     extent: Extent::Size(32),
+///     depths: Depths::Smallest,
+/// };
+/// let baked = bake(&[named("gold-paint")?], &request)?;
+/// let fresnel = baked.table(Quantity::Fresnel).expect("as requested");
+/// let u = fresnel.coordinate(0, 0, 1.0);
+/// let f0 = fresnel.fetch(0, u, sgdbake::lut::Filter::Fetched);
+/// println!("{:?} texels, F at normal incidence {f0:.3?}", fresnel.size);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// The quantity.
@@ -220,12 +241,11 @@ impl Table {
     #[must_use]
     pub fn fetch_3d(&self, u: [f32; 3], filter: Filter) -> [f32; 3] {
         let [i, j, k] = [0, 1, 2].map(|axis| filter.position(u[axis], self.size[axis]));
-        let at = |x: usize, y: usize, z: usize| {
-            self.texels.get(((k.0 + z) * self.size[1] + j.0 + y) * self.size[0] + i.0 + x)
-        };
-        let row = |y, z| mix(at(0, y, z), at(1, y, z), i.1);
-        let plane = |z| mix(row(0, z), row(1, z), j.1);
-        mix(plane(0), plane(1), k.1)
+        let rows = [0, 1, 2, 3].map(|line| {
+            let start = ((k.0 + line / 2) * self.size[1] + j.0 + line % 2) * self.size[0] + i.0;
+            mix(self.texels.get(start), self.texels.get(start + 1), i.1)
+        });
+        mix(mix(rows[0], rows[1], j.1), mix(rows[2], rows[3], j.1), k.1)
     }
 
     /// The same texels as single floats, for many fetches.
@@ -255,7 +275,7 @@ fn mix(a: [f32; 3], b: [f32; 3], weight: f32) -> [f32; 3] {
 /// How texels are mixed between their centres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
-    /// Fetched one by one and mixed in f32, as the decoders beside the textures do.
+    /// Fetched one by one and mixed in f32, as the decoders written with the textures do.
     Fetched,
     /// By a texture unit whose weights are rounded to multiples of 1/256.
     Hardware,

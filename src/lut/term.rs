@@ -2,12 +2,11 @@
 
 use rayon::prelude::*;
 
-use crate::brdf::Lobe;
 use crate::lut::axis::{Axis, Variable, Warp};
 use crate::lut::quantity::{Encoding, Factor, Quantity};
 use crate::lut::row::{Row, Rows};
 use crate::lut::table::{Depth, ErrorNote, Table, Texels};
-use crate::microfacet::{Sgd, grazing_limit};
+use crate::microfacet::grazing_limit;
 
 /// The texel whose exponential is an exact 0 in every precision: the lowest half float.
 pub const ZERO_TEXEL: f64 = -65504.0;
@@ -87,10 +86,13 @@ impl Term {
     /// The warp of the first axis, with the constants of each row.
     #[must_use]
     pub fn warp(self, rows: &Rows) -> Warp {
-        let per_row = |constant: fn(&Row) -> f64| rows.lobes.iter().map(constant).collect();
+        let rows = &rows.lobes;
         match self {
-            Self::Ndf => Warp::Log1p { scale: per_row(ndf_scale), max: per_row(ndf_max) },
-            Self::Masking => Warp::Rational { scale: per_row(masking_scale) },
+            Self::Ndf => Warp::Log1p {
+                scale: rows.iter().map(ndf_scale).collect(),
+                max: rows.iter().map(ndf_max).collect(),
+            },
+            Self::Masking => Warp::Rational { scale: rows.iter().map(masking_scale).collect() },
             Self::Fresnel => Warp::Identity,
         }
     }
@@ -116,20 +118,18 @@ impl Term {
     /// `None` where nothing is stored.
     #[must_use]
     pub fn texel(self, rows: &Rows, row: usize, warp: &Warp, u: f64) -> [Option<f64>; 3] {
-        let lobes = || rows.lobes[row].lobes.each_ref().map(Option::as_ref);
         match self {
             // The last texel closes the table with an exact 0.
-            Self::Ndf if u >= 1.0 => lobes().map(|lobe| lobe.map(|_| ZERO_TEXEL)),
+            Self::Ndf if u >= 1.0 => rows.lobes[row].each(|_| ZERO_TEXEL),
             Self::Ndf => {
                 let x = warp.variable(row, u);
-                let texel =
-                    |lobe: &Lobe<Sgd>| lobe.distribution.closed_form().log_decay(x).max(ZERO_TEXEL);
-                lobes().map(|lobe| lobe.map(texel))
+                rows.lobes[row]
+                    .each(|lobe| lobe.distribution.closed_form().log_decay(x).max(ZERO_TEXEL))
             }
             Self::Masking => {
                 let u = u.max(GRAZING);
                 let cot = warp.variable(row, u);
-                lobes().map(|lobe| lobe.map(|lobe| (lobe.g1(cot) / u).ln()))
+                rows.lobes[row].each(|lobe| (lobe.g1(cot) / u).ln())
             }
             Self::Fresnel => {
                 let cos = warp.variable(row, u);
@@ -143,12 +143,12 @@ impl Term {
     pub fn tabulate(self, rows: &Rows, width: usize, depth: Depth) -> Table {
         let (axes, count) = (self.axes(rows), self.row_count(rows));
         let warp = self.warp(rows);
-        let texel = |i: usize| {
+        let exact = (0..count * width).into_par_iter().map(|i| {
             let u = (i % width) as f64 / (width - 1) as f64;
-            let stored = self.texel(rows, i / width, &warp, u);
-            stored.map(|texel| texel.unwrap_or(self.absent_texel()))
-        };
-        let texels: Vec<[f64; 3]> = (0..count * width).into_par_iter().map(texel).collect();
+            self.texel(rows, i / width, &warp, u)
+        });
+        let texels: Vec<[f64; 3]> =
+            exact.map(|texel| texel.map(|t| t.unwrap_or(self.absent_texel()))).collect();
         Table {
             quantity: self.quantity(),
             size: vec![width, count],
@@ -175,11 +175,11 @@ impl Term {
 /// does not.
 #[must_use]
 pub fn ndf_scale(row: &Row) -> f64 {
-    let of_lobe = |lobe: &Lobe<Sgd>| {
+    let scales = row.visible().map(|lobe| {
         let (alpha, p) = (lobe.distribution.alpha(), lobe.distribution.p());
         (alpha * alpha * (1.0 + (0.4 / p).sqrt())).min(0.3 * alpha)
-    };
-    row.visible().map(of_lobe).fold(f64::INFINITY, f64::min)
+    });
+    scales.fold(f64::INFINITY, f64::min)
 }
 
 /// The end m of the `ndf` axis: where the widest lobe has vanished.

@@ -1,10 +1,9 @@
 //! v = G1/cosθ of a row's lobes in single precision, for tables with millions of texels.
 
-use crate::brdf::Lobe;
 use crate::lut::row::Row;
 use crate::lut::term::masking_scale;
 use crate::math::arithmetic::{Arithmetic, max, min};
-use crate::microfacet::{G1Polynomial, Sgd};
+use crate::microfacet::G1Polynomial;
 
 /// Directions that are worked on together.
 pub const BLOCK: usize = 128;
@@ -32,7 +31,7 @@ const LOWEST: f32 = -0.7;
 pub struct Visibility {
     /// s.
     scale: f32,
-    /// What takes u into [0, 2].
+    /// The factor that takes u into [0, 2].
     stretch: f32,
     /// Coefficients over [−1, 1] of each lobe, and how many there are.
     coefficients: [[f32; MAX_ORDER]; 3],
@@ -47,19 +46,21 @@ impl Visibility {
     #[must_use]
     pub fn new(row: &Row, accuracy: f64) -> Self {
         let scale = WIDTH * masking_scale(row);
-        let polynomial = |lobe: &Lobe<Sgd>| {
-            G1Polynomial::new::<MAX_ORDER>(|cot| lobe.g1(cot), scale, 1.0, accuracy)
-        };
-        let polynomials = row.lobes.each_ref().map(|lobe| lobe.as_ref().map(polynomial));
-        let of_lobes = || polynomials.iter().flatten();
-        let each = |j: usize| polynomials[j].as_ref();
-        Self {
+        let mut visibility = Self {
             scale: scale as f32,
             stretch: (2.0 * (1.0 + scale)) as f32,
-            coefficients: [0, 1, 2].map(|j| each(j).map_or([0.0; MAX_ORDER], G1Polynomial::single)),
-            count: of_lobes().map(|polynomial| polynomial.coefficients.len()).max().unwrap_or(0),
-            log_slope: [0, 1, 2].map(|j| each(j).map_or(0.0, |p| p.log_slope() as f32)),
+            coefficients: [[0.0; MAX_ORDER]; 3],
+            count: 0,
+            log_slope: [0.0; 3],
+        };
+        for (j, lobe) in row.lobes.iter().enumerate() {
+            let Some(lobe) = lobe else { continue };
+            let g1 = G1Polynomial::new::<MAX_ORDER>(|cot| lobe.g1(cot), scale, 1.0, accuracy);
+            visibility.coefficients[j] = g1.single();
+            visibility.count = visibility.count.max(g1.coefficients.len());
+            visibility.log_slope[j] = g1.log_slope() as f32;
         }
+        visibility
     }
 
     /// v(wi)·v(wo) of each lobe at cosθi, cosθo = `middle` ∓ `reach`.
@@ -116,11 +117,11 @@ impl Visibility {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{MaskingKind, SgdBrdf};
+    use crate::brdf::{Lobe, MaskingKind, SgdBrdf};
     use crate::lut::row::Rows;
     use crate::material::catalog;
     use crate::math::arithmetic::Fused;
-    use crate::microfacet::Accuracy;
+    use crate::microfacet::{Accuracy, Sgd};
 
     #[test]
     fn products_keep_the_accuracy_asked_for() {
@@ -131,8 +132,14 @@ mod tests {
         }
     }
 
-    /// What the longest polynomials leave of a product.
+    /// The error of a product by the longest polynomials.
     const POLYNOMIALS: f64 = 1.5e-5;
+
+    /// G1/cosθ.
+    fn visibility_of(lobe: &Lobe<Sgd>, cos: f64) -> f64 {
+        let cos = cos.clamp(1e-12, 1.0);
+        lobe.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt()) / cos
+    }
 
     fn worst_product(accuracy: f64) -> f64 {
         let mut worst: f64 = 0.0;
@@ -147,13 +154,10 @@ mod tests {
             let products = visibility.products::<Fused>(&middle, &reach);
             for k in 0..BLOCK {
                 let cos = [middle[k] - reach[k], middle[k] + reach[k]].map(f64::from);
-                let v = |c: usize, cos: f64| {
-                    let cos = cos.clamp(1e-12, 1.0);
-                    brdf.lobes[c].g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt()) / cos
-                };
-                let error =
-                    |c: usize| f64::from(products[c][k]) / (v(c, cos[0]) * v(c, cos[1])) - 1.0;
-                worst = (0..3).map(error).fold(worst, |worst, error| worst.max(error.abs()));
+                for (products, lobe) in products.iter().zip(&brdf.lobes) {
+                    let exact = visibility_of(lobe, cos[0]) * visibility_of(lobe, cos[1]);
+                    worst = worst.max((f64::from(products[k]) / exact - 1.0).abs());
+                }
             }
         }
         worst

@@ -5,7 +5,8 @@
 //! An isotropic reciprocal reflectance depends on θh, θd and |cosφd| alone. The table holds, per
 //! colour, B = Σ_lobes (ρs/Σρs)·F·D·(G1(wi)/cosθi)·(G1(wo)/cosθo), finite down to the horizon;
 //! f = ρd/π + Σρs/π·B. Texels are B/q with q = Σ_lobes (ρs/Σρs)·4 D(0) v² max|F|/65504 (more where
-//! D is largest off the normal) and v the largest G1/cosθ: the largest texel stays below what a half float holds. With tanθh = √x,
+//! D is largest off the normal) and v the largest G1/cosθ: the largest texel stays below what a half
+//! float holds. With tanθh = √x,
 //!
 //! ```text
 //! cosθi, cosθo = cosθh cosθd ∓ sinθh sinθd |cosφd|
@@ -19,8 +20,9 @@ use half::slice::HalfFloatSliceExt as _;
 use rayon::prelude::*;
 
 use crate::brdf::{Lobe, SgdBrdf};
-use crate::lut::attack::attack;
+use crate::lut::attack::{attack, scatter};
 use crate::lut::axis::{Axis, Variable, Warp};
+use crate::lut::memory;
 use crate::lut::probe::Probe;
 use crate::lut::quantity::{Encoding, Quantity};
 use crate::lut::range::VOLUME_WIDTHS;
@@ -78,27 +80,38 @@ impl HalfVectors {
     /// The blocks that cover the steps of the first axis, at tan²θh.
     fn blocks(row: &Row, scales: [f64; 3], tan2: &[f64]) -> Vec<Self> {
         // The last texel closes the table with an exact 0.
-        let last = tan2.len().saturating_sub(1);
-        let block = |start: usize| {
-            let lanes = |of: &dyn Fn(usize) -> f64| -> Lanes {
-                let at = |k: usize| if start + k < tan2.len() { of(start + k) } else { 0.0 };
-                std::array::from_fn(|k| at(k) as f32)
-            };
-            let ndf = |j: usize, i: usize| match &row.lobes[j] {
-                Some(lobe) if i < last => {
-                    let texel = lobe.distribution.ndf(tan2[i]) / scales[j];
-                    if texel < MIN_TEXEL { 0.0 } else { texel }
-                }
-                _ => 0.0,
-            };
+        let inner = &tan2[..tan2.len().saturating_sub(1)];
+        let starts = (0..tan2.len()).step_by(BLOCK);
+        let blocks = starts.map(|start| {
+            let block = &tan2[start..];
+            let stored = inner.get(start..).unwrap_or(&[]);
             Self {
-                cos: lanes(&|i| 1.0 / (1.0 + tan2[i]).sqrt()),
-                sin: lanes(&|i| (tan2[i] / (1.0 + tan2[i])).sqrt()),
-                ndf: std::array::from_fn(|j| lanes(&|i| ndf(j, i))),
+                cos: lanes(block, |x| 1.0 / (1.0 + x).sqrt()),
+                sin: lanes(block, |x| (x / (1.0 + x)).sqrt()),
+                ndf: std::array::from_fn(|j| {
+                    let lobe = row.lobes[j].as_ref();
+                    lobe.map_or([0.0; BLOCK], |lobe| {
+                        lanes(stored, |x| vanishing(lobe.distribution.ndf(x) / scales[j]))
+                    })
+                }),
             }
-        };
-        (0..tan2.len()).step_by(BLOCK).map(block).collect()
+        });
+        blocks.collect()
     }
+}
+
+/// A number at each of the first values; 0 after the last of them.
+fn lanes(values: &[f64], number: impl Fn(f64) -> f64) -> Lanes {
+    let mut lanes = [0.0; BLOCK];
+    for (lane, value) in lanes.iter_mut().zip(values) {
+        *lane = number(*value) as f32;
+    }
+    lanes
+}
+
+/// A texel, 0 where it is too small to be stored.
+fn vanishing(texel: f64) -> f64 {
+    if texel < MIN_TEXEL { 0.0 } else { texel }
 }
 
 /// The numbers that the texels of a line along the first axis share.
@@ -121,8 +134,7 @@ enum ColourMatrix {
 
 impl ColourMatrix {
     fn new(columns: [[f32; 3]; 3]) -> Self {
-        let off_diagonal = |j: usize| (0..3).all(|c| c == j || columns[j][c] == 0.0);
-        if (0..3).all(off_diagonal) {
+        if (0..3).all(|j| (0..3).all(|c| c == j || columns[j][c] == 0.0)) {
             Self::Diagonal([0, 1, 2].map(|c| columns[c][c]))
         } else {
             Self::Full(columns)
@@ -204,24 +216,13 @@ pub fn tabulate_on(
     depth: Depth,
 ) -> Table {
     let axes = axes(row);
-    let along = |axis: usize| -> Vec<f64> {
-        let warp = axes[axis].warp.as_ref();
-        let last = (size[axis] - 1) as f64;
-        (0..size[axis]).map(|i| warp.map_or(0.0, |w| w.variable(0, i as f64 / last))).collect()
-    };
-    let [tan2, cos_d, cos_phi] = [0, 1, 2].map(along);
+    let [tan2, cos_d, cos_phi] = [0, 1, 2].map(|axis| nodes(&axes[axis], size[axis]));
     let scales = row.lobes.each_ref().map(|lobe| lobe.as_ref().map_or(1.0, lobe_scale));
     let shares = [0, 1, 2].map(|c| row.shares(c));
     let factor: [f64; 3] = std::array::from_fn(|c| colour_factor(row, c, &shares[c]));
-    let column = |j: usize, cos: f64| -> [f32; 3] {
-        let Some(lobe) = &row.lobes[j] else { return [0.0; 3] };
-        std::array::from_fn(|c| {
-            let weight = shares[c][j] * (scales[j] / factor[c]);
-            (weight * lobe.fresnel[c].eval(cos)) as f32
-        })
-    };
+    let weights = [0, 1, 2].map(|j| [0, 1, 2].map(|c| shares[c][j] * (scales[j] / factor[c])));
     let colours: Vec<ColourMatrix> =
-        cos_d.iter().map(|cos| ColourMatrix::new([0, 1, 2].map(|j| column(j, *cos)))).collect();
+        cos_d.iter().map(|cos| ColourMatrix::new(fresnel_columns(row, weights, *cos))).collect();
     let lines = Lines {
         half: HalfVectors::blocks(row, scales, &tan2),
         visibility: Visibility::new(row, masking_accuracy(depth)),
@@ -246,6 +247,21 @@ pub fn tabulate_on(
         row: Some(index),
         error: ErrorNote::default(),
     }
+}
+
+/// The variable of an axis at each of `count` texels.
+fn nodes(axis: &Axis, count: usize) -> Vec<f64> {
+    let warp = axis.warp.as_ref();
+    let last = (count - 1) as f64;
+    (0..count).map(|i| warp.map_or(0.0, |warp| warp.variable(0, i as f64 / last))).collect()
+}
+
+/// F of each lobe at cosθd, per colour, times its weight.
+fn fresnel_columns(row: &Row, weights: [[f64; 3]; 3], cos_d: f64) -> [[f32; 3]; 3] {
+    std::array::from_fn(|j| match &row.lobes[j] {
+        Some(lobe) => [0, 1, 2].map(|c| (weights[j][c] * lobe.fresnel[c].eval(cos_d)) as f32),
+        None => [0.0; 3],
+    })
 }
 
 /// All texels, line by line in parallel, written once where they stay.
@@ -296,12 +312,11 @@ fn largest_density(alpha: f64) -> f64 {
 
 /// q of a colour: the value that a texel of 1 stands for.
 fn colour_factor(row: &Row, c: usize, shares: &[f64; 3]) -> f64 {
-    let of_lobe = |(lobe, share): (&Option<Lobe<Sgd>>, &f64)| {
-        let product =
-            |lobe: &Lobe<Sgd>| share * (largest_product(lobe) * lobe.fresnel[c].max_magnitude());
-        lobe.as_ref().map_or(0.0, product)
-    };
-    let factor: f64 = row.lobes.iter().zip(shares).map(of_lobe).sum();
+    let lobes =
+        row.lobes.iter().zip(shares).filter_map(|(lobe, share)| Some((lobe.as_ref()?, share)));
+    let products = lobes
+        .map(|(lobe, share)| share * (largest_product(lobe) * lobe.fresnel[c].max_magnitude()));
+    let factor: f64 = products.sum();
     if factor > 0.0 { factor } else { 1.0 }
 }
 
@@ -310,26 +325,27 @@ fn colour_factor(row: &Row, c: usize, shares: &[f64; 3]) -> f64 {
 #[must_use]
 pub fn measure(table: &Table, probes: &[Probe]) -> f64 {
     let Encoding::Times { factor } = table.encoding else { return f64::INFINITY };
-    let error = |probe: &Probe| {
-        let angles = &probe.angles;
-        let u = [
-            table.coordinate(0, 0, angles.tan2_h),
-            table.coordinate(1, 0, angles.cos_d),
-            table.coordinate(2, 0, probe.abs_cos_phi_d),
-        ];
-        // Σρs/(π cosθo) per colour.
-        let scale = |c: usize| probe.lobes.iter().map(|lobe| lobe.scale[c]).sum::<f64>();
-        let of = |filter: Filter| {
-            let texel = table.fetch_3d(u, filter);
-            let decoded = |c: usize| {
-                let brdf = factor[c] * f64::from(texel[c]);
-                probe.colours[c].error(scale(c) * angles.cos[0] * angles.cos[1] * brdf)
-            };
-            (0..3).map(decoded).fold(0.0, f64::max)
-        };
-        of(Filter::Fetched).max(of(Filter::Hardware))
-    };
-    probes.par_iter().map(error).reduce(|| 0.0, f64::max)
+    probes.par_iter().map(|probe| probe_error(table, factor, probe)).reduce(|| 0.0, f64::max)
+}
+
+fn probe_error(table: &Table, factor: [f64; 3], probe: &Probe) -> f64 {
+    let angles = &probe.angles;
+    let u = [
+        table.coordinate(0, 0, angles.tan2_h),
+        table.coordinate(1, 0, angles.cos_d),
+        table.coordinate(2, 0, probe.abs_cos_phi_d),
+    ];
+    // Σρs/(π cosθo) per colour.
+    let scale = [0, 1, 2].map(|c| probe.lobes.iter().map(|lobe| lobe.scale[c]).sum::<f64>());
+    let mut largest: f64 = 0.0;
+    for filter in Filter::COVERED {
+        let texel = table.fetch_3d(u, filter);
+        for (c, exact) in probe.colours.iter().enumerate() {
+            let brdf = factor[c] * f64::from(texel[c]);
+            largest = largest.max(exact.error(scale[c] * angles.cos[0] * angles.cos[1] * brdf));
+        }
+    }
+    largest
 }
 
 /// The probe with the largest error that climbs from the worst few of `probes` find.
@@ -344,7 +360,8 @@ pub fn attacked<'a>(
     let mut starts: Vec<(f64, &Probe)> = probes.map(|probe| (error(probe), probe)).collect();
     starts.sort_by(|a, b| b.0.total_cmp(&a.0));
     starts.truncate(CLIMBS);
-    starts.into_par_iter().map(|(_, start)| attack(brdf, start, error).1).collect()
+    let climb = |(_, start): (f64, &Probe)| scatter(brdf, &attack(brdf, start, error).1, error).1;
+    starts.into_par_iter().map(climb).collect()
 }
 
 /// The 3D table of a row, in search of its size.
@@ -387,8 +404,12 @@ impl Sizable for Volume<'_> {
     const AIMS: &'static [f64] = &[0.8, 1.0];
 
     fn largest_growth(&self) -> Option<f64> {
-        let fits = |growth: &f64| self.grown(*growth).iter().product::<usize>() <= MAX_TEXELS;
-        (0..200).map(|k| MAX_GROWTH * 0.95_f64.powi(k)).find(fits)
+        let mut growths = (0..200).map(|k| MAX_GROWTH * 0.95_f64.powi(k));
+        growths.find(|growth| self.grown(*growth).iter().product::<usize>() <= MAX_TEXELS)
+    }
+
+    fn bytes(&self, growth: f64, depth: Depth) -> usize {
+        memory::of_texture(&self.grown(growth), depth)
     }
 
     fn build(&self, growth: f64, depth: Depth) -> Table {

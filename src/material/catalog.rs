@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use crate::material::embedded::numbers;
 use crate::material::parameters::{ChannelParams, MaskingParams, Material};
 use crate::material::refit::{SUFFIX, refit, refit_of};
 
@@ -19,7 +20,7 @@ pub struct CatalogEntry {
     pub printed: [Printed; 3],
 }
 
-/// Printed columns that are no parameters.
+/// Printed columns other than parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Printed {
     /// Normalisation K = 1/(α Γ(1−p, α)).
@@ -41,6 +42,19 @@ pub struct UnknownMaterial {
 }
 
 /// The 100 materials in the table's order.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::catalog;
+///
+/// assert_eq!(catalog().len(), 100);
+/// let sharpest = catalog().iter().min_by(|a, b| {
+///     let alpha = |entry: &sgdbake::material::CatalogEntry| entry.material.lobes()[0].alpha();
+///     alpha(a).total_cmp(&alpha(b))
+/// });
+/// println!("{}", sharpest.expect("not empty").material.name);
+/// ```
 pub fn catalog() -> &'static [CatalogEntry] {
     static CATALOG: LazyLock<Vec<CatalogEntry>> = LazyLock::new(parse_table);
     &CATALOG
@@ -67,6 +81,32 @@ impl Edition {
         };
         published.into_iter().flatten().chain(refitted.into_iter().flatten())
     }
+
+    /// The edition that holds this very material.
+    #[must_use]
+    pub fn of(material: &Material) -> Option<Self> {
+        let holds = |edition: &Self| edition.material(&material.name) == Some(material);
+        [Self::Published, Self::Refit].into_iter().find(holds)
+    }
+
+    /// The other one.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Published => Self::Refit,
+            Self::Refit => Self::Published,
+        }
+    }
+
+    /// Its material of a name of either edition.
+    #[must_use]
+    pub fn material(self, name: &str) -> Option<&'static Material> {
+        let name = name.strip_suffix(SUFFIX).unwrap_or(name);
+        match self {
+            Self::Published => find(name).ok().map(|entry| &entry.material),
+            Self::Refit => refit_of(name).map(|entry| &entry.material),
+        }
+    }
 }
 
 /// The material of that exact name in either edition.
@@ -74,6 +114,17 @@ impl Edition {
 /// # Errors
 ///
 /// [`UnknownMaterial`] with the nearest names.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::named;
+///
+/// assert_eq!(named("chrome")?.name, "chrome");
+/// assert_eq!(named("chrome@refit")?.name, "chrome@refit");
+/// assert!(named("crome").is_err_and(|error| error.nearest.contains(&"chrome")));
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 pub fn named(name: &str) -> Result<&'static Material, UnknownMaterial> {
     match name.strip_suffix(SUFFIX) {
         Some(of) => refit_of(of)
@@ -97,13 +148,9 @@ pub fn find(name: &str) -> Result<&'static CatalogEntry, UnknownMaterial> {
 
 /// The three catalogue names most similar to `name`.
 fn nearest_names(name: &str) -> Vec<&'static str> {
-    let similarity = |candidate: &str| {
-        strsim::jaro_winkler(&name.to_lowercase(), candidate)
-            + if candidate.contains(name) { 1.0 } else { 0.0 }
-    };
     let mut names: Vec<(f64, &str)> = catalog()
         .iter()
-        .map(|entry| (similarity(&entry.material.name), entry.material.name.as_str()))
+        .map(|entry| (similarity(name, &entry.material.name), entry.material.name.as_str()))
         .collect();
     names.sort_by(|a, b| b.0.total_cmp(&a.0));
     names.into_iter().take(3).map(|(_, name)| name).collect()
@@ -124,23 +171,20 @@ fn parse_table() -> Vec<CatalogEntry> {
         .collect()
 }
 
+/// The resemblance of a name to another, larger where it is part of it.
+fn similarity(name: &str, other: &str) -> f64 {
+    let part = if other.contains(name) { 1.0 } else { 0.0 };
+    strsim::jaro_winkler(&name.to_lowercase(), other) + part
+}
+
 /// material,channel,rho_d,rho_s,alpha,p,F0,F1,K,lambda,c,k,theta0,error
 fn parse_row(line: &'static str) -> (&'static str, ChannelParams, Printed) {
     let columns: Vec<&str> = line.split(',').collect();
-    let number = |i: usize| -> f64 {
-        columns[i].parse().expect("the embedded table holds numbers; a test reads all of it")
-    };
-    let masking = MaskingParams { lambda: number(9), c: number(10), k: number(11) };
-    let params = ChannelParams {
-        rho_d: number(2),
-        rho_s: number(3),
-        alpha: number(4),
-        p: number(5),
-        f0: number(6),
-        f1: number(7),
-        masking: Some(masking),
-    };
-    (columns[0], params, Printed { k: number(8), theta0: number(12), error: number(13) })
+    let [rho_d, rho_s, alpha, p, f0, f1] = numbers(&columns, 2);
+    let [printed_k, lambda, c, k, theta0, error] = numbers(&columns, 8);
+    let masking = Some(MaskingParams { lambda, c, k });
+    let params = ChannelParams { rho_d, rho_s, alpha, p, f0, f1, masking };
+    (columns[0], params, Printed { k: printed_k, theta0, error })
 }
 
 #[cfg(test)]

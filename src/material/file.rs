@@ -29,107 +29,37 @@
 //! A table `[measured]`, in which `sgdbake measure` keeps the fit's errors, is read over.
 
 use std::fmt::Write as _;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
+use crate::material::file_error::{Located, MaterialFileError, Problem};
 use crate::material::parameters::{
     Channel, ChannelParams, LobeFields, LobeParams, MAX_LOBES, MaskingParams, Material,
-    MaterialError, ParameterError,
+    MaterialError,
 };
+use crate::material::section::{MASKING, Section};
 
 /// The largest material file that is read; a real one has under 1 KiB.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Why a material file was refused.
-#[derive(Debug, thiserror::Error)]
-pub enum MaterialFileError {
-    /// The file cannot be read.
-    #[error("cannot read the material file {}: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
-    /// The file's content is not a material.
-    #[error("{}:{line}: {problem}", path.display())]
-    Invalid {
-        /// The file.
-        path: PathBuf,
-        /// 1-based line of the problem.
-        line: usize,
-        /// The problem.
-        problem: Problem,
-    },
-}
-
-/// Problems in a material file.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Problem {
-    /// Not TOML.
-    #[error("not valid TOML: {0}")]
-    Syntax(String),
-    /// A key that no material has.
-    #[error("unknown key `{key}`; use one of {accepted}")]
-    UnknownKey {
-        /// The key, with its channel.
-        key: String,
-        /// Accepted keys.
-        accepted: String,
-    },
-    /// A key that every material has is not there.
-    #[error(
-        "`{0}` is missing. A material needs [r], [g] and [b], or rho_d = [r, g, b] and [[lobe]]; see docs/materials.md"
-    )]
-    MissingKey(String),
-    /// The file mixes the two forms.
-    #[error(
-        "found `{0}` beside rho_d and [[lobe]]; use either [r], [g], [b] or rho_d and [[lobe]]"
-    )]
-    BothForms(String),
-    /// The name is empty.
-    #[error("`name` is empty; give the material a name")]
-    EmptyName,
-    /// More lobes than a material can have.
-    #[error("found {0} [[lobe]] tables; a material has at most {MAX_LOBES}")]
-    TooManyLobes(usize),
-    /// A value of another type.
-    #[error("`{key}` is of type {found}; it must be {accepted}")]
-    WrongType {
-        /// The key.
-        key: String,
-        /// The type found.
-        found: &'static str,
-        /// The type accepted.
-        accepted: &'static str,
-    },
-    /// A number outside its range.
-    #[error("{section}.{error}")]
-    OutOfRange {
-        /// The table it stands in: `r` or `lobe 1`.
-        section: String,
-        /// The key, value and range.
-        error: ParameterError,
-    },
-    /// The file is too large to be a material.
-    #[error("the file has {0} bytes; a material file has at most 1 MiB")]
-    TooLarge(u64),
-}
-
-/// A problem and the bytes of the text it concerns.
-type Located = (Problem, Range<usize>);
-
 const REQUIRED: [&str; 6] = ["rho_d", "rho_s", "alpha", "p", "f0", "f1"];
-const MASKING: [&str; 3] = ["lambda", "c", "k"];
 
 /// Reads a material file.
 ///
 /// # Errors
 ///
 /// The file, the line, what was found and what is accepted.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::load_material;
+///
+/// let material = load_material("my-paint.toml".as_ref())?;
+/// println!("{} has {} lobes", material.name, material.lobes().len());
+/// # Ok::<(), sgdbake::material::MaterialFileError>(())
+/// ```
 pub fn load(path: &Path) -> Result<Material, MaterialFileError> {
     let unreadable = |source| MaterialFileError::Unreadable { path: path.to_owned(), source };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
@@ -146,6 +76,25 @@ pub fn load(path: &Path) -> Result<Material, MaterialFileError> {
 /// # Errors
 ///
 /// The line, what was found there and what is accepted.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::parse_material;
+///
+/// let text = r#"
+/// name = "my-plastic"
+/// rho_d = [0.3, 0.1, 0.1]
+/// [[lobe]]
+/// alpha = 0.1
+/// p = 0.8
+/// rho_s = [0.2, 0.2, 0.2]
+/// f0 = [0.04, 0.04, 0.04]
+/// f1 = [0, 0, 0]
+/// "#;
+/// assert_eq!(parse_material(text, "my-plastic.toml".as_ref())?.name, "my-plastic");
+/// # Ok::<(), sgdbake::material::MaterialFileError>(())
+/// ```
 pub fn parse(text: &str, path: &Path) -> Result<Material, MaterialFileError> {
     material(text).map_err(|(problem, span)| MaterialFileError::Invalid {
         path: path.to_owned(),
@@ -242,113 +191,6 @@ pub fn to_toml(material: &Material) -> String {
     text
 }
 
-/// The number of a value.
-fn number(value: &Spanned<DeValue<'_>>) -> Option<f64> {
-    match value.get_ref() {
-        DeValue::Float(float) => float.as_str().parse().ok(),
-        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
-        _ => None,
-    }
-}
-
-/// A table of the file, what it is called and where it stands.
-struct Section<'t> {
-    entries: &'t DeTable<'t>,
-    /// Empty for the file itself.
-    name: String,
-    span: Range<usize>,
-}
-
-impl<'t> Section<'t> {
-    fn string(&self, key: &str) -> Result<String, Located> {
-        self.value(key, "a string", |value| Some(value.get_ref().as_str()?.to_owned()))
-    }
-
-    fn number(&self, key: &str) -> Result<f64, Located> {
-        self.value(key, "a number", number)
-    }
-
-    fn colour(&self, key: &str) -> Result<[f64; 3], Located> {
-        self.value(key, "three numbers [r, g, b]", |value| {
-            let numbers =
-                value.get_ref().as_array()?.iter().map(number).collect::<Option<Vec<_>>>()?;
-            numbers.try_into().ok()
-        })
-    }
-
-    /// The masking fit, if any of its three keys is there.
-    fn masking(&self) -> Result<Option<MaskingParams>, Located> {
-        let masking = || {
-            let [lambda, c, k] = MASKING.map(|key| self.number(key));
-            Ok(MaskingParams { lambda: lambda?, c: c?, k: k? })
-        };
-        MASKING.iter().any(|key| self.has(key)).then(masking).transpose()
-    }
-
-    fn section(&self, name: &str) -> Result<Section<'t>, Located> {
-        self.value(name, "a table", |value| {
-            let entries = value.get_ref().as_table()?;
-            Some(Section { entries, name: name.to_owned(), span: value.span() })
-        })
-    }
-
-    /// The tables of an array of tables; none where the key is missing.
-    fn sections(&self, name: &str) -> Result<Vec<Section<'t>>, Located> {
-        if !self.has(name) {
-            return Ok(Vec::new());
-        }
-        self.value(name, "an array of tables", |value| {
-            let tables = value.get_ref().as_array()?.iter().enumerate();
-            let section = |(i, table): (usize, &'t Spanned<DeValue<'t>>)| {
-                let entries = table.get_ref().as_table()?;
-                Some(Section { entries, name: format!("{name} {}", i + 1), span: table.span() })
-            };
-            tables.map(section).collect()
-        })
-    }
-
-    fn has(&self, key: &str) -> bool {
-        self.entries.contains_key(key)
-    }
-
-    fn span_of(&self, key: &str) -> Range<usize> {
-        self.entries.get(key).map_or(self.span.clone(), Spanned::span)
-    }
-
-    fn out_of_range(&self, error: ParameterError) -> Located {
-        let span = self.span_of(error.key);
-        (Problem::OutOfRange { section: self.name.clone(), error }, span)
-    }
-
-    /// What `read` makes of the value of a key.
-    fn value<T>(
-        &self,
-        key: &str,
-        accepted: &'static str,
-        read: impl FnOnce(&'t Spanned<DeValue<'t>>) -> Option<T>,
-    ) -> Result<T, Located> {
-        let missing = || (Problem::MissingKey(self.dotted(key)), self.span.clone());
-        let value = self.entries.get(key).ok_or_else(missing)?;
-        read(value).ok_or_else(|| {
-            let (key, found) = (self.dotted(key), value.get_ref().type_str());
-            (Problem::WrongType { key, found, accepted }, value.span())
-        })
-    }
-
-    fn refuse_all_but(&self, accepted: &[&str]) -> Result<(), Located> {
-        let unknown = self.entries.keys().find(|key| !accepted.contains(&key.get_ref().as_ref()));
-        unknown.map_or(Ok(()), |key| {
-            let (key, span) = (self.dotted(key.get_ref()), key.span());
-            Err((Problem::UnknownKey { key, accepted: accepted.join(", ") }, span))
-        })
-    }
-
-    /// The key with its channel.
-    fn dotted(&self, key: &str) -> String {
-        if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -428,7 +270,7 @@ f1 = -0.6
                 "m.toml:6: `lobe 1.rho_s` is of type array",
             ),
             (file(&lobe.replace("0.1", "-1")), "m.toml:4: lobe 1.alpha = -1 is out of range"),
-            (file("[r]\nrho_d = 1"), "m.toml:3: found `r` beside rho_d"),
+            (file("[r]\nrho_d = 1"), "m.toml:3: found `r` together with rho_d"),
         ];
         for (text, expected) in cases {
             let message = refusal(&text);
@@ -444,6 +286,8 @@ f1 = -0.6
                 "alpha = 0\n",
                 "m.toml:12: g.alpha = 0 is out of range; it must be between 1e-8 and 100",
             ),
+            ("rho_s = 1\n", "rho_s = 1e308\n", "m.toml:11: g.rho_s = 1e308 is out of range"),
+            ("rho_s = 1\n", "rho_s = 0xffff\n", "m.toml:11: g.rho_s = 65535 is out of range"),
             ("rho_s = 1\n", "rho_s = nan\n", "m.toml:11: g.rho_s = NaN is out of range"),
             ("rho_s = 1\n", "rho_s = -inf\n", "m.toml:11: g.rho_s = -inf is out of range"),
             ("p = 0\n", "p = -1\n", "m.toml:13: g.p = -1 is out of range"),

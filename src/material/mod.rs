@@ -3,14 +3,18 @@
 //! A [`Material`] is validated once, when it is read; everything after that is infallible.
 
 pub(crate) mod catalog;
+mod embedded;
 pub(crate) mod file;
+mod file_error;
 pub(crate) mod parameters;
 pub(crate) mod refit;
+mod section;
 
 pub use catalog::{CatalogEntry, Edition, UnknownMaterial, catalog, find, named};
-pub use file::{MaterialFileError, load, parse, to_toml};
+pub use file::{load, parse, to_toml};
+pub use file_error::MaterialFileError;
 pub use parameters::{
     Channel, ChannelParams, LobeFields, LobeParams, MAX_LOBES, MaskingParams, Material,
     MaterialError, ParameterError,
 };
-pub use refit::{RefitEntry, SurfaceError, refit, refit_of};
+pub use refit::{RefitEntry, SUFFIX, SurfaceError, refit, refit_of};

@@ -35,6 +35,17 @@ impl Channel {
 pub const MAX_LOBES: usize = 3;
 
 /// Parameters of the published masking fit (Bagher et al. 2012, equation 15).
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{MaskingParams, named};
+///
+/// let masking = named("gold-paint")?.lobes()[0].masking();
+/// let MaskingParams { lambda, c, k } = masking.expect("the paper prints one");
+/// assert!(lambda > 0.0 && c > 0.0 && k > 0.0);
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MaskingParams {
     /// Amplitude λ > 0; not Smith's Λ.
@@ -46,6 +57,19 @@ pub struct MaskingParams {
 }
 
 /// SGD parameters of one colour channel: a row of the paper's table.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{ChannelParams, Material};
+///
+/// let red = ChannelParams {
+///     rho_d: 0.3, rho_s: 0.2, alpha: 0.1, p: 0.8, f0: 0.05, f1: -0.6, masking: None,
+/// };
+/// let paint = Material::of_channels("my-paint", &[red, red, ChannelParams { rho_d: 0.1, ..red }])?;
+/// assert_eq!(paint.rho_d(), [0.3, 0.3, 0.1]);
+/// # Ok::<(), sgdbake::material::MaterialError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelParams {
     /// Diffuse albedo ρd.
@@ -68,6 +92,19 @@ pub struct ChannelParams {
 ///
 /// Its share of f is (ρs/π) F D G/(cosθi cosθo) per colour, F(cosθd) = f0 + (1−f0)(1−cosθd)⁵ −
 /// f1·cosθd (Bagher et al. 2012, equations 8 and 9).
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{LobeFields, LobeParams, Material};
+///
+/// let lobe = LobeParams::new(LobeFields {
+///     alpha: 0.1, p: 0.8, masking: None, rho_s: [0.2; 3], f0: [0.04; 3], f1: [0.0; 3],
+/// })?;
+/// let material = Material::new("my-plastic".to_owned(), [0.3, 0.1, 0.1], vec![lobe])?;
+/// assert_eq!(material.lobes()[0].alpha(), 0.1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "LobeFields")]
 pub struct LobeParams {
@@ -80,6 +117,18 @@ pub struct LobeParams {
 }
 
 /// The fields of a [`LobeParams`] before they are checked.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{LobeFields, LobeParams};
+///
+/// let fields = LobeFields {
+///     alpha: -0.1, p: 0.8, masking: None, rho_s: [0.2; 3], f0: [0.04; 3], f1: [0.0; 3],
+/// };
+/// let refused = LobeParams::new(fields).expect_err("a width is positive");
+/// assert!(refused.to_string().contains("alpha"));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct LobeFields {
     /// Width α of the distribution: a *squared* Beckmann width.
@@ -105,6 +154,17 @@ pub struct LobeFields {
 ///
 /// A published fit has three lobes that colour one channel each; a refitted surface has one or two
 /// that colour all three, as its normals have no colour.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::named;
+///
+/// let material = named("gold-paint")?;
+/// assert_eq!(material.name, "gold-paint");
+/// assert_eq!(material.lobes().len(), 3, "a lobe for each channel");
+/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Catalogue name, or the name given in its file.
@@ -115,7 +175,7 @@ pub struct Material {
 
 /// A parameter outside the range in which the model is defined.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{key} = {value} is out of range; it must be {accepted}")]
+#[error("{key} = {} is out of range; it must be {accepted}", written(*.value))]
 pub struct ParameterError {
     /// The key as it stands in a file, e.g. `alpha`.
     pub key: &'static str,
@@ -123,6 +183,12 @@ pub struct ParameterError {
     pub value: f64,
     /// The accepted range, in words.
     pub accepted: &'static str,
+}
+
+/// A number as one writes it: 1e308 without its zeros.
+fn written(value: f64) -> String {
+    let short = value == 0.0 || !value.is_finite() || (1e-4..1e6).contains(&value.abs());
+    if short { value.to_string() } else { format!("{value:e}") }
 }
 
 /// The range a parameter must lie in.
@@ -187,16 +253,22 @@ impl ChannelParams {
 
     /// The lobe that colours the channel of this index alone.
     fn lobe(&self, channel: usize) -> Result<LobeParams, ParameterError> {
-        let alone = |value: f64| std::array::from_fn(|c| if c == channel { value } else { 0.0 });
         LobeParams::new(LobeFields {
             alpha: self.alpha,
             p: self.p,
             masking: self.masking,
-            rho_s: alone(self.rho_s),
-            f0: alone(self.f0),
-            f1: alone(self.f1),
+            rho_s: alone(self.rho_s, channel),
+            f0: alone(self.f0, channel),
+            f1: alone(self.f1, channel),
         })
     }
+}
+
+/// A colour that is 0 but for one channel.
+fn alone(value: f64, channel: usize) -> [f64; 3] {
+    let mut colour = [0.0; 3];
+    colour[channel] = value;
+    colour
 }
 
 impl LobeParams {
@@ -367,7 +439,7 @@ impl Material {
     #[must_use]
     pub fn channels(&self) -> Option<[ChannelParams; 3]> {
         let lobes = self.channel_lobes()?;
-        let channel = |c: usize| {
+        Some([0, 1, 2].map(|c| {
             let LobeParams { alpha, p, masking, rho_s, f0, f1 } = self.lobes[lobes[c]];
             ChannelParams {
                 rho_d: self.rho_d[c],
@@ -378,8 +450,7 @@ impl Material {
                 f1: f1[c],
                 masking,
             }
-        };
-        Some([0, 1, 2].map(channel))
+        }))
     }
 }
 

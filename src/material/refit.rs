@@ -5,6 +5,7 @@
 
 use std::sync::LazyLock;
 
+use crate::material::embedded::numbers;
 use crate::material::parameters::{LobeFields, LobeParams, MaskingParams, Material};
 
 /// A line per material and lobe.
@@ -38,6 +39,17 @@ pub struct SurfaceError {
 }
 
 /// The refitted materials, in the order of the catalogue.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::refit;
+///
+/// for entry in refit().iter().take(3) {
+///     println!("{}: ΔE {:.2}", entry.material.name, entry.error.delta_e);
+/// }
+/// assert_eq!(refit().len(), 100);
+/// ```
 pub fn refit() -> &'static [RefitEntry] {
     static REFIT: LazyLock<Vec<RefitEntry>> = LazyLock::new(parse_table);
     &REFIT
@@ -57,41 +69,33 @@ fn parse_table() -> Vec<RefitEntry> {
 
 /// The entry of a material's lines.
 fn entry(lines: &[Vec<&str>]) -> RefitEntry {
-    let number = |line: &[&str], i: usize| -> f64 {
-        line[i].parse().expect("the embedded table holds numbers; a test reads all of it")
-    };
-    let colour = |line: &[&str], first: usize| [0, 1, 2].map(|c| number(line, first + c));
-    let lobe = |line: &Vec<&str>| {
-        let fields = LobeFields {
-            alpha: number(line, 5),
-            p: number(line, 6),
-            rho_s: colour(line, 7),
-            f0: colour(line, 10),
-            f1: colour(line, 13),
-            masking: Some(MaskingParams {
-                lambda: number(line, 16),
-                c: number(line, 17),
-                k: number(line, 18),
-            }),
-        };
-        LobeParams::new(fields).expect("refitted parameters are in range; a test reads all of them")
-    };
     let first = &lines[0];
     let material = Material::new(
         format!("{}{SUFFIX}", first[0]),
-        colour(first, 2),
-        lines.iter().map(lobe).collect(),
+        numbers(first, 2),
+        lines.iter().map(|line| lobe(line)).collect(),
     );
+    let [delta_e, highlights, absolute, lightness, published_delta_e] = numbers(first, 19);
     RefitEntry {
         material: material.expect("refitted colours are in range; a test reads all of them"),
-        error: SurfaceError {
-            delta_e: number(first, 19),
-            highlights: number(first, 20),
-            absolute: number(first, 21),
-            lightness: number(first, 22),
-        },
-        published_delta_e: number(first, 23),
+        error: SurfaceError { delta_e, highlights, absolute, lightness },
+        published_delta_e,
     }
+}
+
+/// The lobe of a line.
+fn lobe(line: &[&str]) -> LobeParams {
+    let [alpha, p] = numbers(line, 5);
+    let [lambda, c, k] = numbers(line, 16);
+    let fields = LobeFields {
+        alpha,
+        p,
+        rho_s: numbers(line, 7),
+        f0: numbers(line, 10),
+        f1: numbers(line, 13),
+        masking: Some(MaskingParams { lambda, c, k }),
+    };
+    LobeParams::new(fields).expect("refitted parameters are in range; a test reads all of them")
 }
 
 #[cfg(test)]

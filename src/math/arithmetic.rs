@@ -168,10 +168,8 @@ pub fn sin_cos_turns<A: Arithmetic>(x: f32) -> (f32, f32) {
     let f = A::mul_add(x, 4.0, ROUNDER - rounded);
     let f2 = f * f;
     let sin = f * polynomial::<A, 4>(f2, [1.570_796_4, -0.645_963_5, 0.079_680_22, -0.004_602_149]);
-    let cos = polynomial::<A, 5>(
-        f2,
-        [1.0, -1.233_700_5, 0.253_669_2, -0.020_860_07, 0.000_903_628],
-    );
+    let cos =
+        polynomial::<A, 5>(f2, [1.0, -1.233_700_5, 0.253_669_2, -0.020_860_07, 0.000_903_628]);
     let swap = quadrant & 1 != 0;
     let (s, c) = if swap { (cos, sin) } else { (sin, cos) };
     let sign = |negative: u32, value: f32| f32::from_bits(value.to_bits() ^ (negative << 31));

@@ -27,9 +27,9 @@ pub fn interpolation<const N: usize>() -> SMatrix<f64, N, N> {
 /// The coefficients a of Σ a_j T_j through values at the nodes.
 #[must_use]
 pub fn series<const N: usize>(values: [f64; N]) -> [f64; N] {
-    let angle = |j: usize, k: usize| PI * j as f64 * (k as f64 + 0.5) / N as f64;
     std::array::from_fn(|j| {
-        let sum: f64 = (0..N).map(|k| values[k] * angle(j, k).cos()).sum();
+        let angles = (0..N).map(|k| PI * j as f64 * (k as f64 + 0.5) / N as f64);
+        let sum: f64 = values.iter().zip(angles).map(|(value, angle)| value * angle.cos()).sum();
         if j == 0 { sum / N as f64 } else { 2.0 * sum / N as f64 }
     })
 }
@@ -41,13 +41,14 @@ pub fn powers(series: &[f64]) -> Vec<f64> {
     let (mut before, mut now) = (vec![0.0; n], vec![0.0; n]);
     let mut powers = vec![0.0; n];
     for (j, a) in series.iter().enumerate() {
-        let next = |k: usize| match (j, k) {
-            (0, _) => f64::from(k == 0),
-            (1, _) => f64::from(k == 1),
-            (_, 0) => -before[0],
-            _ => 2.0 * now[k - 1] - before[k],
-        };
-        let next: Vec<f64> = (0..n).map(next).collect();
+        let next: Vec<f64> = (0..n)
+            .map(|k| match (j, k) {
+                (0, _) => f64::from(k == 0),
+                (1, _) => f64::from(k == 1),
+                (_, 0) => -before[0],
+                _ => 2.0 * now[k - 1] - before[k],
+            })
+            .collect();
         powers.iter_mut().zip(&next).for_each(|(power, t)| *power += a * t);
         (before, now) = (now, next);
     }

@@ -86,6 +86,15 @@ pub fn tan2_theta(w: DVec3) -> f64 {
 }
 
 /// The unit direction at polar angle `theta` and azimuth `phi` \[rad\].
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{DVec3, spherical};
+///
+/// let wi = spherical(30_f64.to_radians(), 0.0);
+/// assert!((wi - DVec3::new(0.5, 0.0, 0.75_f64.sqrt())).length() < 1e-15);
+/// ```
 #[must_use]
 pub fn spherical(theta: f64, phi: f64) -> DVec3 {
     let (sin_theta, cos_theta) = theta.sin_cos();
@@ -99,7 +108,20 @@ pub fn from_cos_sin(cos_theta: f64, sin_theta: f64, phi: f64) -> DVec3 {
     DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
 }
 
-/// `(cosθ, sinθ)` of an angle in degrees, exact at 0 and 90 and accurate beside them.
+/// sinθ of a cotangent, 1/√(1 + cot²θ).
+#[must_use]
+pub fn sin_of_cot(cot: f64) -> f64 {
+    1.0 / cot.hypot(1.0)
+}
+
+/// The direction with the given cotθ and azimuth 0, exact however near to grazing.
+#[must_use]
+pub fn at_cot(cot: f64) -> DVec3 {
+    let sin = sin_of_cot(cot);
+    from_cos_sin(cot * sin, sin, 0.0)
+}
+
+/// `(cosθ, sinθ)` of an angle in degrees, exact at 0 and 90 and accurate near them.
 #[must_use]
 pub fn cos_sin_degrees(theta: f64) -> (f64, f64) {
     ((90.0 - theta).to_radians().sin(), theta.to_radians().sin())

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum InstructionSet {
-    /// What every machine of the architecture has: SSE2 on x86-64, NEON on 64-bit Arm.
+    /// The set of every machine of the architecture: SSE2 on x86-64, NEON on 64-bit Arm.
     Baseline,
     /// AVX2 and FMA.
     Avx2,

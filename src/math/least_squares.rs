@@ -222,12 +222,13 @@ pub fn box_quadratic(
 ) -> DVector<f64> {
     let n = gradient.len();
     let mut x = bounds.clamp(&DVector::zeros(n));
-    let pinned = |i: usize| {
-        (x[i] <= bounds.lower[i] && gradient[i] >= 0.0)
-            || (x[i] >= bounds.upper[i] && gradient[i] <= 0.0)
-    };
-    let mut free: Vec<bool> =
-        (0..n).map(|i| bounds.lower[i] < bounds.upper[i] && !pinned(i)).collect();
+    let mut free: Vec<bool> = (0..n)
+        .map(|i| {
+            let at_lower = x[i] <= bounds.lower[i] && gradient[i] >= 0.0;
+            let at_upper = x[i] >= bounds.upper[i] && gradient[i] <= 0.0;
+            bounds.lower[i] < bounds.upper[i] && !at_lower && !at_upper
+        })
+        .collect();
     // Each pass holds or releases one unknown; it ends by itself but for rounding.
     for _ in 0..8 * n {
         let Some(step) = newton_step(hessian, &slope(hessian, gradient, &x), &free) else { break };
@@ -270,7 +271,7 @@ fn newton_step(
     Some(step)
 }
 
-/// How much of `step` stays inside, at most 1, and the unknown that stops it.
+/// The share of `step` that stays inside, at most 1, and the unknown that stops it.
 fn feasible_length(x: &DVector<f64>, step: &DVector<f64>, bounds: &Bounds) -> (f64, Option<usize>) {
     let mut shortest = (1.0, None);
     for i in 0..x.len() {
@@ -289,9 +290,10 @@ fn wrong_multiplier(
     free: &[bool],
     bounds: &Bounds,
 ) -> Option<usize> {
-    let pull = |i: &usize| if x[*i] <= bounds.lower[*i] { -slope[*i] } else { slope[*i] };
     let held = (0..x.len()).filter(|i| !free[*i] && bounds.lower[*i] < bounds.upper[*i]);
-    held.filter(|i| pull(i) > 0.0).max_by(|a, b| pull(a).total_cmp(&pull(b)))
+    let pulls = held.map(|i| (i, if x[i] <= bounds.lower[i] { -slope[i] } else { slope[i] }));
+    let pulled = pulls.filter(|(_, pull)| *pull > 0.0);
+    pulled.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! How far a stored reflectance is from the one it was made of.
+//! The distance of a stored reflectance from the one it was made of.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -36,23 +36,26 @@ impl Deviation {
         let pairs: Vec<[DVec3; 2]> = (0..).filter_map(pair).take(PAIRS).collect();
         stored.eval_all(&pairs, &mut f);
         exact.eval_all(&pairs, &mut g);
-        let sum = |f: [f64; 3]| f.into_iter().sum::<f64>();
         let mut errors: Vec<f64> = f
             .into_iter()
-            // What is negative is stored as 0.
+            // Negative values are stored as 0.
             .zip(g.into_iter().map(|g| g.map(|g| g.max(0.0))))
-            .filter(|(f, g)| f.iter().chain(g).all(|x| x.is_finite()) && sum(*g) > 0.0)
-            .map(|(f, g)| sum([0, 1, 2].map(|c| (f[c] - g[c]).abs())) / sum(g))
+            .filter_map(|(f, g)| relative_error(f, g))
             .collect();
         errors.sort_by(f64::total_cmp);
-        let at = |share: f64| errors[((errors.len() - 1) as f64 * share) as usize];
-        (!errors.is_empty()).then(|| Self {
-            pairs: errors.len(),
-            median: at(0.5),
-            percentile_95: at(0.95),
-            largest: at(1.0),
-        })
+        let last = errors.len().checked_sub(1)?;
+        let [median, percentile_95, largest] =
+            [0.5, 0.95, 1.0].map(|share| errors[(last as f64 * share) as usize]);
+        Some(Self { pairs: errors.len(), median, percentile_95, largest })
     }
+}
+
+/// Σ|f − g|/Σg over the colours, where both are known and g reflects.
+fn relative_error(f: [f64; 3], g: [f64; 3]) -> Option<f64> {
+    let off = [0, 1, 2].map(|c| (f[c] - g[c]).abs());
+    let sum = g.iter().sum::<f64>();
+    let known = f.iter().chain(&g).all(|x| x.is_finite());
+    (known && sum > 0.0).then(|| off.iter().sum::<f64>() / sum)
 }
 
 /// The n-th of a sequence of pairs that fills (√θh, θd, φd) evenly, if it is high enough.

@@ -91,7 +91,7 @@ pub enum Problem {
 /// Problems in a row of a table of samples.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RowProblem {
-    /// A different number of columns, or bytes that are no text.
+    /// A different number of columns, or bytes that are not text.
     #[error("{0}")]
     Malformed(String),
     /// A column without a number.
@@ -131,9 +131,9 @@ pub enum TensorProblem {
     Excess {
         /// Of what.
         what: &'static str,
-        /// How much.
+        /// The size.
         found: u64,
-        /// How much is accepted.
+        /// The largest size accepted.
         most: u64,
     },
     /// A field whose data lie outside the file.
@@ -159,7 +159,7 @@ pub enum TensorProblem {
         name: &'static str,
         /// The value, as text so that errors compare.
         found: String,
-        /// Which of its numbers.
+        /// The index of the number.
         index: usize,
         /// Accepted value.
         needed: &'static str,

@@ -48,6 +48,17 @@ const LEAST_MEASURED: f64 = 0.5;
 const HORIZON: f64 = 1e-12;
 
 /// A table of 90 × 90 × 180 cells.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::{MaskingKind, Merl, SgdBrdf, named};
+///
+/// let brdf = SgdBrdf::new(named("gold-paint")?, MaskingKind::Fitted);
+/// let merl = Merl::tabulate(&brdf, &|| ());
+/// merl.write_to(&mut std::fs::File::create("gold-paint.binary")?)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merl {
     /// Values as stored, the colours of a cell side by side.
@@ -161,9 +172,9 @@ impl Reflectance for Merl {
 
 /// f of every cell of one θh, stored where both directions are above the horizon.
 fn fill(reflectance: &dyn Reflectance, theta_h: usize, slab: &mut [[f64; 3]]) {
-    let at = |place: usize| above(theta_h, place / SIZE[2], place % SIZE[2]);
-    let (places, pairs): (Vec<usize>, Vec<[DVec3; 2]>) =
-        (0..slab.len()).filter_map(|place| Some((place, at(place)?))).unzip();
+    let (places, pairs): (Vec<usize>, Vec<[DVec3; 2]>) = (0..slab.len())
+        .filter_map(|place| Some((place, above(theta_h, place / SIZE[2], place % SIZE[2])?)))
+        .unzip();
     let mut values = vec![[0.0; 3]; pairs.len()];
     reflectance.eval_all(&pairs, &mut values);
     for (place, f) in places.into_iter().zip(values) {
@@ -217,11 +228,14 @@ fn between(place: f64, size: usize) -> [(usize, f64); 2] {
     [(lower, 1.0 - share), (lower + 1, share)]
 }
 
+/// Where a cell starts and ends along an axis: halfway to its neighbours, or at the end of the axis.
+fn ends(index: usize, size: usize) -> [f64; 2] {
+    let upper = if index + 1 == size { size as f64 } else { index as f64 + 0.5 };
+    [(index as f64 - 0.5).max(0.0), upper]
+}
+
+/// dωi dωo of a cell.
 fn solid_angles(theta_h: usize, theta_d: usize) -> f64 {
-    let ends = |index: usize, size: usize| {
-        let upper = if index + 1 == size { size as f64 } else { index as f64 + 0.5 };
-        [(index as f64 - 0.5).max(0.0), upper]
-    };
     let [a, b] = ends(theta_h, SIZE[0]).map(theta_h_of);
     let [c, d] = ends(theta_d, SIZE[1]).map(theta_d_of);
     let of_h = a.cos() - b.cos();

@@ -65,6 +65,18 @@ pub enum Format {
 }
 
 /// A measured reflectance.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::{Measurement, Reflectance, spherical};
+///
+/// // MERL, RGL, or a table of samples as CSV: the content decides.
+/// let measurement = Measurement::read("gold-paint.binary".as_ref())?;
+/// let f = measurement.eval(spherical(0.3, 0.0), spherical(0.5, 3.0)); // NaN: not measured
+/// println!("{f:?}");
+/// # Ok::<(), sgdbake::measurement::MeasurementError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub enum Measurement {
     /// A table over half and difference angles.
@@ -155,7 +167,7 @@ impl Reflectance for Measurement {
     }
 }
 
-/// What the beginning of a file tells about it.
+/// The format of a file, as far as its beginning tells.
 enum Content {
     Merl,
     Rgl,
@@ -179,14 +191,12 @@ impl Content {
         if let Some(text) = text(start) {
             return Self::of_text(text);
         }
-        let sizes = |read: fn([u8; 4]) -> i32| {
-            let size = |i: usize| start.get(4 * i..4 * i + 4)?.try_into().ok().map(read);
-            Some([size(0)?, size(1)?, size(2)?])
-        };
         let expected = merl::SIZE.map(|size| size as i32);
-        match sizes(i32::from_le_bytes) {
+        match three_numbers(start, i32::from_le_bytes) {
             Some(found) if found == expected => Ok(Self::Merl),
-            _ if sizes(i32::from_be_bytes) == Some(expected) => Err(Problem::BigEndian),
+            _ if three_numbers(start, i32::from_be_bytes) == Some(expected) => {
+                Err(Problem::BigEndian)
+            }
             Some(found) if is_header(found, length) => Err(Problem::Dimensions(found)),
             _ => Err(Problem::Unknown),
         }
@@ -219,8 +229,14 @@ fn text(start: &[u8]) -> Option<&str> {
         }
         Err(_) => return None,
     };
-    let printable = |c: char| !c.is_control() || matches!(c, '\n' | '\r' | '\t');
-    (!text.is_empty() && text.chars().all(printable)).then_some(text)
+    (!text.is_empty() && text.chars().all(|c| !c.is_control() || matches!(c, '\n' | '\r' | '\t')))
+        .then_some(text)
+}
+
+/// The three integers that a file starts with.
+fn three_numbers(start: &[u8], read: fn([u8; 4]) -> i32) -> Option<[i32; 3]> {
+    let (numbers, _) = start.get(..12)?.as_chunks::<4>();
+    Some([read(numbers[0]), read(numbers[1]), read(numbers[2])])
 }
 
 /// Returns whether three integers are the header of a MERL file with other sizes.

@@ -49,6 +49,17 @@ const MOST_NODES: u64 = 1 << 16;
 const COLOURS: usize = 3;
 
 /// The tables of an isotropic RGB file.
+///
+/// # Example
+///
+/// ```no_run
+/// use sgdbake::{MaskingKind, Rgl, SgdBrdf, named};
+///
+/// let brdf = SgdBrdf::new(named("gold-paint")?, MaskingKind::Fitted);
+/// let rgl = Rgl::tabulate(&brdf, "gold paint".to_owned(), &|| ());
+/// rgl.write_to(&mut std::fs::File::create("gold-paint.bsdf")?)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rgl {
     /// Description in the file.
@@ -64,7 +75,7 @@ pub struct Rgl {
     pub(super) luminance: Grid,
     /// Layers of red, green and blue for each θi.
     pub(super) rgb: Grid,
-    /// Whether ndf/(4 sigma) is a factor.
+    /// True if ndf/(4 sigma) is a factor.
     pub(super) jacobian: bool,
 }
 
@@ -103,15 +114,8 @@ impl Rgl {
     /// The writer's.
     pub fn write_to(&self, writer: &mut impl Write) -> io::Result<()> {
         let series = [self.phi_i.len(), self.theta_i.len()];
-        let table = |name, series: &[usize], grid: &'_ Grid| {
-            let [columns, rows] = grid.size;
-            (name, [series, &[rows, columns]].concat())
-        };
-        let floats = |(name, shape), values| Tensor { name, shape, data: Data::F32(values) };
-        let bytes =
-            |name, data: &'static [u8]| Tensor { name, shape: vec![1], data: Data::U8(data) };
         let description = self.description.as_bytes();
-        let jacobian = if self.jacobian { &[1] } else { &[0] };
+        let jacobian = [u8::from(self.jacobian)];
         let of_colours = [series[0], series[1], COLOURS];
         tensor_file::write(
             writer,
@@ -121,14 +125,14 @@ impl Rgl {
                     shape: vec![description.len()],
                     data: Data::U8(description),
                 },
-                bytes(field::JACOBIAN, jacobian),
-                floats((field::PHI_I, vec![series[0]]), &self.phi_i),
-                floats((field::THETA_I, vec![series[1]]), &self.theta_i),
-                floats(table(field::NDF, &[], &self.ndf), &self.ndf.values),
-                floats(table(field::SIGMA, &[], &self.sigma), &self.sigma.values),
-                floats(table(field::VNDF, &series, &self.vndf.density), &self.vndf.density.values),
-                floats(table(field::LUMINANCE, &series, &self.luminance), &self.luminance.values),
-                floats(table(field::RGB, &of_colours, &self.rgb), &self.rgb.values),
+                Tensor { name: field::JACOBIAN, shape: vec![1], data: Data::U8(&jacobian) },
+                series_tensor(field::PHI_I, &self.phi_i),
+                series_tensor(field::THETA_I, &self.theta_i),
+                grid_tensor(field::NDF, &[], &self.ndf),
+                grid_tensor(field::SIGMA, &[], &self.sigma),
+                grid_tensor(field::VNDF, &series, &self.vndf.density),
+                grid_tensor(field::LUMINANCE, &series, &self.luminance),
+                grid_tensor(field::RGB, &of_colours, &self.rgb),
             ],
         )
     }
@@ -166,12 +170,15 @@ impl Rgl {
 
     /// 2π (cos a − cos b) between the midpoints to the angles of incidence before and after.
     fn ring(&self, incidence: usize) -> f64 {
-        let theta = |i: usize| f64::from(self.theta_i[i]);
         let last = self.theta_i.len() - 1;
-        let middle = |a, b| 0.5 * (theta(a) + theta(b));
-        let a = if incidence == 0 { 0.0 } else { middle(incidence - 1, incidence) };
-        let b = if incidence == last { FRAC_PI_2 } else { middle(incidence, incidence + 1) };
+        let a = if incidence == 0 { 0.0 } else { self.midpoint(incidence - 1) };
+        let b = if incidence == last { FRAC_PI_2 } else { self.midpoint(incidence) };
         TAU * (a.cos() - b.cos()).max(0.0)
+    }
+
+    /// The middle between an angle of incidence and the next.
+    fn midpoint(&self, incidence: usize) -> f64 {
+        0.5 * (f64::from(self.theta_i[incidence]) + f64::from(self.theta_i[incidence + 1]))
     }
 
     /// ndf/(4 sigma), or 1 where the file has it in its values.
@@ -227,11 +234,24 @@ fn theta(w: DVec3) -> f64 {
 
 /// A node's share of the unit square: half as wide on an edge.
 fn share_of_square([columns, rows]: [usize; 2], column: usize, row: usize) -> f64 {
-    let share = |i: usize, n: usize| {
-        let half = if i == 0 || i + 1 == n { 0.5 } else { 1.0 };
-        half / (n - 1) as f64
-    };
-    share(column, columns) * share(row, rows)
+    share_of_side(columns, column) * share_of_side(rows, row)
+}
+
+/// A node's share of a side with `count` nodes.
+fn share_of_side(count: usize, node: usize) -> f64 {
+    let width = if node == 0 || node + 1 == count { 0.5 } else { 1.0 };
+    width / (count - 1) as f64
+}
+
+/// The field that holds the angles of a series.
+fn series_tensor<'a>(name: &'static str, angles: &'a [f32]) -> Tensor<'a> {
+    Tensor { name, shape: vec![angles.len()], data: Data::F32(angles) }
+}
+
+/// The field that holds a grid for each member of a series.
+fn grid_tensor<'a>(name: &'static str, series: &[usize], grid: &'a Grid) -> Tensor<'a> {
+    let [columns, rows] = grid.size;
+    Tensor { name, shape: [series, &[rows, columns]].concat(), data: Data::F32(&grid.values) }
 }
 
 /// A field of angles in ascending order.

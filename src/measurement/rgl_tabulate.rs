@@ -8,7 +8,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::brdf::Reflectance;
@@ -98,7 +98,7 @@ impl Rgl {
         (rgb.collect(), luminance.collect())
     }
 
-    /// What a node of the colours holds: f cosθo · 4 sigma/ndf, and 0 below the horizon, so that
+    /// The values at a node of the colours: f cosθo · 4 sigma/ndf, and 0 below the horizon, so that
     /// nothing that is interpolated is negative.
     fn node(&self, reflectance: &dyn Reflectance, theta_i: f64, at: DVec2, density: f64) -> Node {
         let wi = spherical(theta_i, 0.0);
@@ -126,50 +126,55 @@ struct Node {
     share: f64,
 }
 
-/// f cosθo against θh, the mean of a few θd beside the plane of incidence and of the colours.
+/// f cosθo against θh, the mean of a few θd across the plane of incidence and of the colours.
 fn profile(reflectance: &dyn Reflectance) -> Grid {
-    let at = |i: usize| {
-        // Half a step before the horizon, where no pair is.
-        let u = (i as f64 / (PROFILE_NODES - 1) as f64).min(1.0 - 0.5 / PROFILE_NODES as f64);
-        let theta_h = FRAC_PI_2 * u * u;
-        let values = [0.0, 20.0, 40.0, 60.0_f64].map(|degrees| {
-            let angles =
-                HalfDifference { theta_h, theta_d: degrees.to_radians(), phi_d: FRAC_PI_2 };
-            let [wi, wo] = angles.directions();
-            reflectance.eval(wi, wo).iter().map(|f| f * cos_theta(wo)).sum::<f64>()
-        });
-        let measured = values.iter().filter(|value| **value > 0.0);
-        measured.clone().sum::<f64>() / measured.count().max(1) as f64
-    };
-    let values: Vec<f64> = (0..PROFILE_NODES).map(at).collect();
+    let values: Vec<f64> = (0..PROFILE_NODES).map(|node| reflected(reflectance, node)).collect();
     let largest = values.iter().copied().fold(0.0, f64::max);
-    let relative = |value: f64| {
-        if largest > 0.0 { (value / largest).max(LEAST_PROFILE) } else { 1.0 }
-    };
-    let row: Vec<f32> = values.into_iter().map(|value| relative(value) as f32).collect();
+    let row: Vec<f32> = values
+        .into_iter()
+        .map(|value| if largest > 0.0 { (value / largest).max(LEAST_PROFILE) } else { 1.0 } as f32)
+        .collect();
     Grid { size: [PROFILE_NODES, 2], values: repeated(&row, 2) }
+}
+
+/// The mean of f cosθo, its colours added up, at a node of the profile.
+fn reflected(reflectance: &dyn Reflectance, node: usize) -> f64 {
+    // Half a step before the horizon, where no pair is.
+    let u = (node as f64 / (PROFILE_NODES - 1) as f64).min(1.0 - 0.5 / PROFILE_NODES as f64);
+    let theta_h = FRAC_PI_2 * u * u;
+    let values = [0.0, 20.0, 40.0, 60.0_f64].map(|degrees| {
+        let angles = HalfDifference { theta_h, theta_d: degrees.to_radians(), phi_d: FRAC_PI_2 };
+        let [wi, wo] = angles.directions();
+        reflectance.eval(wi, wo).iter().map(|f| f * cos_theta(wo)).sum::<f64>()
+    });
+    let measured = values.iter().filter(|value| **value > 0.0);
+    measured.clone().sum::<f64>() / measured.count().max(1) as f64
 }
 
 /// Density of nodes against u(θm): even, and where ln ndf changes.
 fn nodes_density(ndf: &Grid) -> Vec<f32> {
     let columns = WARP_SIZE[0];
-    let logarithm = |u: f64| ndf.eval(DVec2::new(u.clamp(0.0, 1.0), 0.0), Place::ONLY).ln();
     let step = 1.0 / (columns - 1) as f64;
-    let change = |column: usize| {
-        let u = column as f64 * step;
-        // In halves, so that a maximum between them is not missed.
-        let values = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|k| logarithm(u + k * step));
-        values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum::<f64>()
-    };
-    let changes: Vec<f64> = (0..columns).map(change).collect();
+    let changes: Vec<f64> =
+        (0..columns).map(|column| change(ndf, column as f64 * step, step)).collect();
     let mean = changes.iter().sum::<f64>() / columns as f64;
-    let follow = |change: f64| if mean > 0.0 { change / mean } else { 1.0 };
-    changes.into_iter().map(|c| (1.0 - FOLLOWING + FOLLOWING * follow(c)) as f32).collect()
+    let relative = changes.iter().map(|change| if mean > 0.0 { change / mean } else { 1.0 });
+    relative.map(|relative| (1.0 - FOLLOWING + FOLLOWING * relative) as f32).collect()
 }
+
+/// The change of ln ndf within a step to both sides of u.
+fn change(ndf: &Grid, u: f64, step: f64) -> f64 {
+    // In halves, so that a maximum between them is not missed.
+    let values = [-1.0, -0.5, 0.0, 0.5, 1.0]
+        .map(|k| ndf.eval(DVec2::new((u + k * step).clamp(0.0, 1.0), 0.0), Place::ONLY).ln());
+    values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum::<f64>()
+}
+
+/// Steps in azimuth of the integral of [`sigma`].
+const AZIMUTHS: usize = 64;
 
 /// ∫ ndf(m) ⟨w, m⟩ dωm against u(θ) of w.
 fn sigma(ndf: &Grid) -> Grid {
-    const AZIMUTHS: usize = 64;
     let rings: Vec<(f64, f64)> = (1..PROFILE_NODES)
         .map(|i| {
             let [a, b] =
@@ -178,17 +183,21 @@ fn sigma(ndf: &Grid) -> Grid {
             (0.5 * (a + b), middle * (a.cos() - b.cos()) * TAU / AZIMUTHS as f64)
         })
         .collect();
-    let at = |i: usize| {
-        let w = spherical(FRAC_PI_2 * (i as f64 / (SIGMA_NODES - 1) as f64).powi(2), 0.0);
-        let ring = |(theta_m, weight): &(f64, f64)| {
-            let (along, across) = (theta_m.cos() * w.z, theta_m.sin() * sin_theta(w));
-            let cosines = (0..AZIMUTHS).map(|k| (PI * (k as f64 + 0.5) / AZIMUTHS as f64).cos());
-            weight * cosines.map(|cos| (along + across * cos).max(0.0)).sum::<f64>()
-        };
-        rings.iter().map(ring).sum::<f64>() as f32
-    };
-    let row: Vec<f32> = (0..SIGMA_NODES).into_par_iter().map(at).collect();
+    let row: Vec<f32> = (0..SIGMA_NODES)
+        .into_par_iter()
+        .map(|i| {
+            let w = spherical(FRAC_PI_2 * (i as f64 / (SIGMA_NODES - 1) as f64).powi(2), 0.0);
+            rings.iter().map(|(theta_m, weight)| weight * facing(w, *theta_m)).sum::<f64>() as f32
+        })
+        .collect();
     Grid { size: [SIGMA_NODES, 2], values: repeated(&row, 2) }
+}
+
+/// Σ ⟨w, m⟩ over the normals m around the ring at θm.
+fn facing(w: DVec3, theta_m: f64) -> f64 {
+    let (along, across) = (theta_m.cos() * w.z, theta_m.sin() * sin_theta(w));
+    let cosines = (0..AZIMUTHS).map(|k| (PI * (k as f64 + 0.5) / AZIMUTHS as f64).cos());
+    cosines.map(|cos| (along + across * cos).max(0.0)).sum()
 }
 
 fn repeated(row: &[f32], times: usize) -> Vec<f32> {

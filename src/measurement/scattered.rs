@@ -129,8 +129,10 @@ fn shepard(near: &[(f32, DVec3)]) -> DVec3 {
         let count = same.clone().count();
         return if count > 0 { same.map(|(_, f)| *f).sum::<DVec3>() / count as f64 } else { exact };
     }
-    let weight = |distance: f64| ((radius - distance) / (radius * distance)).powi(2);
-    let weighted = near.iter().map(|(distance, f)| (weight(f64::from(*distance)), *f));
+    let weighted = near.iter().map(|(distance, f)| {
+        let distance = f64::from(*distance);
+        (((radius - distance) / (radius * distance)).powi(2), *f)
+    });
     let (total, sum) =
         weighted.fold((0.0, DVec3::ZERO), |(total, sum), (w, f)| (total + w, sum + w * f));
     sum / total
@@ -215,22 +217,25 @@ impl Columns {
                 return Err(RowProblem::Negative { column, found });
             }
         }
-        let above = |w: Option<DVec3>, name| {
-            // In the precision that it is kept in.
-            let w = w.map(DVec3::as_vec3).filter(|w| above_horizon(w.as_dvec3()));
-            w.ok_or(RowProblem::Direction(name))
-        };
-        let (wi, wo) = (above(wi, "wi")?, above(wo, "wo")?);
+        let wi = kept(wi).ok_or(RowProblem::Direction("wi"))?;
+        let wo = kept(wo).ok_or(RowProblem::Direction("wo"))?;
         let place = place(HalfDifference::of(wi.as_dvec3(), wo.as_dvec3()));
         Ok(Row { place, wi, wo, f: DVec3::from(rgb).as_vec3() })
     }
 }
 
+/// The direction in the precision that it is kept in, if it is above the horizon in that.
+fn kept(w: Option<DVec3>) -> Option<Vec3> {
+    w.map(DVec3::as_vec3).filter(|w| above_horizon(w.as_dvec3()))
+}
+
 /// The columns with these names, if all are there.
 fn find<const N: usize>(header: &StringRecord, names: [&str; N]) -> Option<[usize; N]> {
-    let column = |name: &str| header.iter().position(|found| found.eq_ignore_ascii_case(name));
-    let found: Vec<usize> = names.into_iter().filter_map(column).collect();
-    found.try_into().ok()
+    let mut columns = [0; N];
+    for (column, name) in columns.iter_mut().zip(names) {
+        *column = header.iter().position(|found| found.eq_ignore_ascii_case(name))?;
+    }
+    Some(columns)
 }
 
 fn numbers<const N: usize>(

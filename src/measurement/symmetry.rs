@@ -7,8 +7,8 @@ use crate::brdf::Reflectance;
 /// The pairs at which such a surface has one value: φd, −φd, φd + π and π − φd.
 #[must_use]
 pub fn symmetric_pairs(wi: DVec3, wo: DVec3) -> [[DVec3; 2]; 4] {
-    let mirrored = |w: DVec3| DVec3::new(w.x, -w.y, w.z);
-    [[wi, wo], [mirrored(wi), mirrored(wo)], [wo, wi], [mirrored(wo), mirrored(wi)]]
+    let [mirrored_wi, mirrored_wo] = [wi, wo].map(|w| DVec3::new(w.x, -w.y, w.z));
+    [[wi, wo], [mirrored_wi, mirrored_wo], [wo, wi], [mirrored_wo, mirrored_wi]]
 }
 
 /// The values of a reflectance at the pairs of [`symmetric_pairs`].

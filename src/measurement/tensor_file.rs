@@ -18,7 +18,7 @@ const VERSION: [u8; 2] = [1, 0];
 const MOST_FIELDS: u64 = 64;
 const MOST_NAME: u64 = 256;
 const MOST_DIMENSIONS: u64 = 8;
-/// What the data of a field is aligned to, for readers that map the file.
+/// The alignment of a field's data, for readers that map the file.
 const ALIGNMENT: usize = 8;
 
 /// The number types of fields that the measurements are made of.
@@ -276,8 +276,8 @@ impl Data<'_> {
 /// Writes a tensor file.
 pub fn write(writer: &mut impl Write, tensors: &[Tensor<'_>]) -> io::Result<()> {
     let mut writer = io::BufWriter::new(writer);
-    let entry = |t: &Tensor<'_>| 2 + t.name.len() + 2 + 1 + 8 + 8 * t.shape.len();
-    let directory = MAGIC.len() + VERSION.len() + 4 + tensors.iter().map(entry).sum::<usize>();
+    let entries = tensors.iter().map(|t| 2 + t.name.len() + 2 + 1 + 8 + 8 * t.shape.len());
+    let directory = MAGIC.len() + VERSION.len() + 4 + entries.sum::<usize>();
     writer.write_all(&MAGIC)?;
     writer.write_all(&VERSION)?;
     writer.write_all(&(tensors.len() as u32).to_le_bytes())?;

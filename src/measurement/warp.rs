@@ -60,8 +60,8 @@ impl Grid {
     pub fn layer(&self, at: DVec2, place: Place, layer: usize, layers: usize) -> f64 {
         let cell = Cell::of(at, self.size);
         let first = layer * self.stride();
-        let corner = |i| place.mix(&self.values, layers * self.stride(), first + i);
-        cell.bilinear(cell.corners(self.size).map(corner))
+        let corners = cell.corners(self.size);
+        cell.bilinear(corners.map(|i| place.mix(&self.values, layers * self.stride(), first + i)))
     }
 
     /// The node at a column and row, as a point of the square.
@@ -152,9 +152,9 @@ impl Warp {
     pub fn invert(&self, at: DVec2, place: Place) -> (DVec2, f64) {
         let cell = Cell::of(at, self.density.size);
         let [c0, c1] = self.columns_density(cell, place);
-        let (row, whole) = self.row(cell.row, cell.y, place);
-        let x = cell.x * (c0 + 0.5 * cell.x * (c1 - c0)) + row(cell.column);
-        let [r0, r1] = whole;
+        let [r0, r1] = self.rows_integral(cell.row, self.density.size[0] - 1, place);
+        let x = cell.x * (c0 + 0.5 * cell.x * (c1 - c0))
+            + self.integral(cell.row, cell.y, cell.column, place);
         let y = cell.y * (r0 + 0.5 * cell.y * (r1 - r0))
             + place.mix(&self.marginal, self.density.size[1], cell.row);
         let length = lerp(r0, r1, cell.y);
@@ -166,16 +166,14 @@ impl Warp {
     #[must_use]
     pub fn sample(&self, uniform: DVec2, place: Place) -> (DVec2, f64) {
         let [columns, rows] = self.density.size;
-        let marginal = |row| place.mix(&self.marginal, rows, row);
-        let row = interval(rows, |row| marginal(row) < uniform.y);
-        let (_, [r0, r1]) = self.row(row, 0.0, place);
-        let y = invert_linear(uniform.y - marginal(row), r0, r1);
-        let (conditional, _) = self.row(row, y, place);
+        let row = interval(rows, |row| place.mix(&self.marginal, rows, row) < uniform.y);
+        let [r0, r1] = self.rows_integral(row, columns - 1, place);
+        let y = invert_linear(uniform.y - place.mix(&self.marginal, rows, row), r0, r1);
         let target = uniform.x * lerp(r0, r1, y);
-        let column = interval(columns, |column| conditional(column) < target);
+        let column = interval(columns, |column| self.integral(row, y, column, place) < target);
         let cell = Cell { column, row, x: 0.0, y };
         let [c0, c1] = self.columns_density(cell, place);
-        let x = invert_linear(target - conditional(column), c0, c1);
+        let x = invert_linear(target - self.integral(row, y, column, place), c0, c1);
         let at = DVec2::new(
             (column as f64 + x) / (columns - 1) as f64,
             (row as f64 + y) / (rows - 1) as f64,
@@ -185,24 +183,30 @@ impl Warp {
 
     /// The density, in patches, at a patch's left and right edge at the height of `cell`.
     fn columns_density(&self, cell: Cell, place: Place) -> [f64; 2] {
-        let scaled = |slice: usize, i: usize| {
-            f64::from(self.density.values[slice * self.density.stride() + i])
-                * f64::from(self.scale[slice])
-        };
-        let corner = |i| lerp(scaled(place.lower, i), scaled(place.upper, i), place.share);
-        let [v00, v10, v01, v11] = cell.corners(self.density.size).map(corner);
+        let [v00, v10, v01, v11] = cell.corners(self.density.size).map(|i| {
+            let [a, b] = [place.lower, place.upper].map(|table| self.normalised(table, i));
+            lerp(a, b, place.share)
+        });
         [lerp(v00, v01, cell.y), lerp(v10, v11, cell.y)]
     }
 
-    /// ∫ of the density along x up to a column, at height `y` of a patch, and all along the
-    /// patch's lower and upper edge.
-    fn row(&self, row: usize, y: f64, place: Place) -> (impl Fn(usize) -> f64 + '_, [f64; 2]) {
+    /// The density at node `i` of a table, in patches.
+    fn normalised(&self, table: usize, i: usize) -> f64 {
+        f64::from(self.density.values[table * self.density.stride() + i])
+            * f64::from(self.scale[table])
+    }
+
+    /// ∫ of the density along x up to a column, along a patch's lower and upper edge.
+    fn rows_integral(&self, row: usize, column: usize, place: Place) -> [f64; 2] {
         let columns = self.density.size[0];
-        let sum = move |row: usize, column: usize| {
-            place.mix(&self.conditional, self.density.stride(), row * columns + column)
-        };
-        let at = move |column| lerp(sum(row, column), sum(row + 1, column), y);
-        (at, [sum(row, columns - 1), sum(row + 1, columns - 1)])
+        [row, row + 1]
+            .map(|row| place.mix(&self.conditional, self.density.stride(), row * columns + column))
+    }
+
+    /// The same at height `y` of the patch.
+    fn integral(&self, row: usize, y: f64, column: usize, place: Place) -> f64 {
+        let [lower, upper] = self.rows_integral(row, column, place);
+        lerp(lower, upper, y)
     }
 
     /// Patches of the grid.
@@ -252,8 +256,8 @@ mod tests {
 
     fn warp() -> Warp {
         let size = [5, 4];
-        let value = |i: usize| (((i * 7) % 11) as f32 + 0.25) * (1 + i / 20) as f32;
-        Warp::new(Grid { size, values: (0..40).map(value).collect() }).expect("not black")
+        let values = (0..40).map(|i| (((i * 7) % 11) as f32 + 0.25) * (1 + i / 20) as f32);
+        Warp::new(Grid { size, values: values.collect() }).expect("not black")
     }
 
     #[test]
@@ -289,8 +293,9 @@ mod tests {
     fn a_series_is_interpolated_and_holds_beyond_its_ends() {
         let grid = Grid { size: [2, 2], values: vec![0.0, 1.0, 0.0, 1.0, 2.0, 3.0, 2.0, 3.0] };
         let at = DVec2::new(0.5, 0.25);
-        let value = |angle| grid.eval(at, Place::of(angle, &[0.5, 1.5]));
-        assert_eq!([0.0, 0.5, 1.0, 1.5, 9.0].map(value), [0.5, 0.5, 1.5, 2.5, 2.5]);
+        let values =
+            [0.0, 0.5, 1.0, 1.5, 9.0].map(|angle| grid.eval(at, Place::of(angle, &[0.5, 1.5])));
+        assert_eq!(values, [0.5, 0.5, 1.5, 2.5, 2.5]);
         assert_eq!(Warp::new(Grid { size: [2, 2], values: vec![0.0; 4] }), None);
     }
 }

@@ -9,6 +9,15 @@ use crate::microfacet::Distribution;
 
 /// Beckmann's distribution of width `alpha`: D = e^{−x/α²}/(π α² cos⁴θ), x = tan²θ
 /// (Walter et al. 2007, equation 25).
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Beckmann, Distribution};
+///
+/// let d = Beckmann { alpha: 0.3 };
+/// assert!((d.ndf(0.0) - 1.0 / (std::f64::consts::PI * 0.09)).abs() < 1e-12);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beckmann {
     /// The width: the root mean square slope, times √2.

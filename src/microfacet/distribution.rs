@@ -9,6 +9,18 @@ const GRAZING: f64 = 1e-12;
 ///
 /// D is normalised to ∫ D cosθ dω = 1. It is written through the slope density D·cos⁴θ, with
 /// cos⁻⁴θ = (1 + tan²θ)²: from tan²θ nothing cancels however sharp the lobe.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Beckmann, Distribution, Ggx};
+///
+/// /// How much of a facet's area is seen at 45°.
+/// fn seen(distribution: &dyn Distribution) -> f64 {
+///     distribution.g1(1.0)
+/// }
+/// assert!(seen(&Beckmann { alpha: 0.1 }) > seen(&Ggx { alpha: 0.8 }));
+/// ```
 pub trait Distribution: Sync {
     /// D·cos⁴θ at tan²θ \[1/sr\].
     fn slope_density(&self, tan2_theta: f64) -> f64;

@@ -47,8 +47,10 @@ impl FittedMasking {
     #[must_use]
     pub fn of(lobe: &LobeParams) -> Self {
         // Six digits are far more than three parameters can follow.
-        let exact = || Sgd::new(lobe.alpha(), lobe.p(), Accuracy::Picture);
-        lobe.masking().map_or_else(|| Self::fit(&exact()), Self::new)
+        match lobe.masking() {
+            Some(params) => Self::new(params),
+            None => Self::fit(&Sgd::new(lobe.alpha(), lobe.p(), Accuracy::Picture)),
+        }
     }
 
     /// π/2 − θ0, the elevation below which masking sets in \[rad\].
@@ -182,20 +184,22 @@ fn form(unknowns: &DVector<f64>) -> FittedMasking {
 /// G1_fit − G1 at every sample.
 fn residuals(samples: &[(f64, f64)], unknowns: &DVector<f64>) -> DVector<f64> {
     let masking = form(unknowns);
-    let residual = |(elevation, g1): &(f64, f64)| masking.g1_at_elevation(*elevation) - g1;
-    DVector::from_iterator(samples.len(), samples.iter().map(residual))
+    let residuals = samples.iter().map(|(elevation, g1)| masking.g1_at_elevation(*elevation) - g1);
+    DVector::from_iterator(samples.len(), residuals)
 }
 
 /// The normal equations of the residuals, their derivatives by central differences.
 fn equations(samples: &[(f64, f64)], unknowns: &DVector<f64>) -> NormalEquations {
     const STEP: f64 = 1e-6;
-    let shifted = |axis: usize, step: f64| {
-        let mut unknowns = unknowns.clone();
-        unknowns[axis] += step;
-        residuals(samples, &unknowns)
-    };
     let columns: Vec<DVector<f64>> = (0..UNKNOWNS)
-        .map(|axis| (shifted(axis, STEP) - shifted(axis, -STEP)) / (2.0 * STEP))
+        .map(|axis| {
+            let [after, before] = [STEP, -STEP].map(|step| {
+                let mut unknowns = unknowns.clone();
+                unknowns[axis] += step;
+                residuals(samples, &unknowns)
+            });
+            (after - before) / (2.0 * STEP)
+        })
         .collect();
     let jacobian = DMatrix::from_columns(&columns);
     let residuals = residuals(samples, unknowns);

@@ -6,6 +6,16 @@ use serde::{Deserialize, Serialize};
 ///
 /// A fitted curve, not a physical law: it leaves [0, 1] for some published channels (below 0 in
 /// 7, above 1 in 10), and is evaluated as published, never clamped.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::Fresnel;
+///
+/// let glass = Fresnel { f0: 0.04, f90: 1.0, f1: 0.0 };
+/// assert_eq!(glass.eval(1.0), 0.04);
+/// assert_eq!(glass.range(), [0.04, 1.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fresnel {
     /// The value that Schlick's term starts from.

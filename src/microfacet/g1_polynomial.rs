@@ -33,12 +33,11 @@ impl G1Polynomial {
         /// cosθ/s that stands for the limit at grazing.
         const GRAZING: f64 = 1e-12;
         let last = end / (end + scale);
-        let ratio = |t: f64| {
+        let values = nodes::<N>().map(|t| {
             let u = 0.5 * (t + 1.0) * last;
             let c = (scale * u / (1.0 - u).max(f64::MIN_POSITIVE)).clamp(GRAZING * scale, 1.0);
             g1(c / ((1.0 - c) * (1.0 + c)).sqrt()) * (c + scale) / c
-        };
-        let values = nodes::<N>().map(ratio);
+        });
         let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
         let coefficients = powers(needed(&series(values), accuracy * smallest));
         Self { scale, stretch: 2.0 / last, coefficients }
@@ -66,8 +65,8 @@ impl G1Polynomial {
 /// The leading coefficients of a Chebyshev series, without the last ones that together stay below
 /// `negligible`.
 fn needed(series: &[f64], negligible: f64) -> &[f64] {
-    let tail = |count: &usize| series[*count..].iter().map(|a| a.abs()).sum::<f64>();
-    let count = (0..series.len()).find(|count| tail(count) <= negligible);
+    let count = (0..series.len())
+        .find(|count| series[*count..].iter().map(|a| a.abs()).sum::<f64>() <= negligible);
     &series[..count.unwrap_or(series.len())]
 }
 

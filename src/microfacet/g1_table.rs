@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use crate::math::arithmetic::{max, min};
 use crate::math::chebyshev::{interpolation, nodes};
 use crate::math::octave_table::OctaveTable;
-use crate::microfacet::{BeckmannMixture, Distribution, Sgd};
+use crate::microfacet::{BeckmannMixture, Distribution};
 
 /// A lobe of width α no longer changes for cotθ below α/8, but for a smooth series.
 const LOW: f64 = 0.125;
@@ -62,7 +62,7 @@ impl SingleG1Table {
 
     /// The coarsest table whose measured error keeps [`Self::ACCURACY`], or else the finest.
     #[must_use]
-    pub fn new(exact: &Sgd) -> Self {
+    pub fn new(exact: &impl Distribution) -> Self {
         let coarse = (5..7).map(|fineness| Self::with_fineness(exact, fineness));
         coarse
             .into_iter()
@@ -70,7 +70,7 @@ impl SingleG1Table {
             .unwrap_or_else(|| Self::with_fineness(exact, 7))
     }
 
-    fn with_fineness(exact: &Sgd, fineness: u32) -> Self {
+    fn with_fineness(exact: &impl Distribution, fineness: u32) -> Self {
         let coefficients = interpolation::<4>();
         let mut pieces = Box::new([[0.0; 4]; PIECES]);
         for (index, piece) in pieces.iter_mut().enumerate() {
@@ -92,7 +92,7 @@ impl SingleG1Table {
 
     /// The largest relative error of G1 seen at the quarters and ends of every piece, and below the first.
     #[must_use]
-    pub fn error(&self, exact: &Sgd) -> f64 {
+    pub fn error(&self, exact: &impl Distribution) -> f64 {
         let lowest = Self::interval(0, self.fineness).0;
         let inside = (0..PIECES).flat_map(|index| {
             let (start, width) = Self::interval(index, self.fineness);
@@ -126,7 +126,7 @@ impl SingleG1Table {
 }
 
 /// G1/t of the exact masking at t = cosθ/(cosθ + sinθ).
-fn ratio(exact: &Sgd, t: f64) -> f64 {
+fn ratio(exact: &impl Distribution, t: f64) -> f64 {
     exact.g1(t / (1.0 - t)) / t
 }
 

@@ -33,6 +33,17 @@ pub struct Component {
 ///
 /// discretised by Gauss–Jacobi quadrature with the endpoint weight y^{p−1}. The slope density of
 /// a rough surface enters Smith's Λ linearly, so the same nodes give Λ_sgd.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{BeckmannMixture, Distribution, Sgd, microfacet::Accuracy};
+///
+/// let (alpha, p) = (0.12, 0.8);
+/// let sgd = Sgd::new(alpha, p, Accuracy::Reference);
+/// let mixture = BeckmannMixture::new(alpha, p, 1e-6);
+/// assert!((mixture.ndf(0.1) / sgd.ndf(0.1) - 1.0).abs() < 1e-3);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct BeckmannMixture {
     components: Vec<Component>,

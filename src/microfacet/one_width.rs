@@ -6,6 +6,17 @@ use serde::{Deserialize, Serialize};
 use crate::microfacet::{Beckmann, Distribution, Ggx};
 
 /// A family of distributions with one width.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Distribution, Family};
+///
+/// for family in [Family::Beckmann, Family::Ggx] {
+///     let distribution = family.of_width(0.3);
+///     assert!(distribution.ndf(0.0) > distribution.ndf(0.5));
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Family {

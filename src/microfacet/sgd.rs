@@ -86,6 +86,16 @@ impl SgdNdf {
 /// # Formula
 ///
 /// Λ(θ) = ∫_{cotθ}^∞ (r tanθ − 1) P2(r) dr = Σ w_j Λ_beckmann(cotθ/α_j),   G1 = 1/(1+Λ)
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{Distribution, Sgd, microfacet::Accuracy};
+///
+/// let d = Sgd::new(0.12, 0.8, Accuracy::Reference);
+/// assert!(d.ndf(0.0) > d.ndf(0.1));
+/// assert!(d.g1(1.0) < 1.0 && d.g1(1e9) > 0.999);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sgd {
     ndf: SgdNdf,

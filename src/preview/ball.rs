@@ -46,27 +46,28 @@ pub fn frame(normal: DVec3) -> DMat3 {
 /// The centre of pixel (column, row) in the picture plane; the ball touches the edges.
 #[must_use]
 pub fn pixel_centre(size: usize, column: usize, row: usize) -> [f64; 2] {
-    let coordinate = |index: usize| 2.0 * (index as f64 + 0.5) / size as f64 - 1.0;
-    [coordinate(column), -coordinate(row)]
+    let [x, y] = [column, row].map(|index| 2.0 * (index as f64 + 0.5) / size as f64 - 1.0);
+    [x, -y]
 }
 
 /// The ball under one sun, without noise: radiance f(wi, wo) cosθi E at each pixel's centre.
 #[must_use]
 pub fn under_sun(reflectance: &dyn Reflectance, sun: Sun, size: usize) -> Film {
-    let pixel = |index: usize| {
-        let [x, y] = pixel_centre(size, index % size, index / size);
-        normal_at(x, y).map_or_else(Pixel::default, |normal| {
-            let to_local = frame(normal).transpose();
-            let (wi, wo) = (to_local * sun.direction, to_local * TO_VIEWER);
-            let scale = sun.irradiance * wi.z.max(0.0);
-            Pixel { rgb: reflectance.eval(wi, wo).map(|f| f * scale), alpha: 1.0 }
-        })
-    };
-    Film {
-        width: size,
-        height: size,
-        pixels: (0..size * size).into_par_iter().map(pixel).collect(),
-    }
+    let centres = (0..size * size)
+        .into_par_iter()
+        .map(|index| pixel_centre(size, index % size, index / size));
+    let pixels = centres.map(|[x, y]| {
+        normal_at(x, y).map_or_else(Pixel::default, |normal| lit(reflectance, sun, normal))
+    });
+    Film { width: size, height: size, pixels: pixels.collect() }
+}
+
+/// The point of the ball with this normal, under the sun.
+fn lit(reflectance: &dyn Reflectance, sun: Sun, normal: DVec3) -> Pixel {
+    let to_local = frame(normal).transpose();
+    let (wi, wo) = (to_local * sun.direction, to_local * TO_VIEWER);
+    let scale = sun.irradiance * wi.z.max(0.0);
+    Pixel { rgb: reflectance.eval(wi, wo).map(|f| f * scale), alpha: 1.0 }
 }
 
 #[cfg(test)]

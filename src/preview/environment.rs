@@ -12,6 +12,18 @@ use crate::preview::colour::luminance;
 ///
 /// y points up; the image's first row is the zenith, its centre the direction −z, and its
 /// columns turn to the right seen from inside.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::{DVec3, Environment};
+///
+/// // A panorama of 2 × 1 texels, bright on one side.
+/// let environment = Environment::new(2, &[[1.0; 3], [0.1; 3]])?;
+/// let [left, right] = [DVec3::X, -DVec3::X].map(|towards| environment.look(towards).radiance[0]);
+/// assert!(left != right);
+/// # Ok::<(), sgdbake::preview::environment::EnvironmentError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Environment {
     width: usize,
@@ -68,18 +80,17 @@ impl Environment {
     /// [`EnvironmentError::Dark`] where nothing is left, or the image is empty.
     pub fn new(width: usize, pixels: &[[f32; 3]]) -> Result<Self, EnvironmentError> {
         let height = pixels.len().checked_div(width).unwrap_or(0);
-        let clean = |c: f32| if c.is_finite() { c.max(0.0) } else { 0.0 };
         let edges: Vec<f64> = (0..=height).map(|row| polar_cosine(row, height)).collect();
         let mut texels: Vec<Texel> = pixels[..width * height]
             .iter()
-            .map(|rgb| Texel {
-                rgb: rgb.map(clean),
-                pdf: luminance(rgb.map(clean).map(f64::from)) as f32,
+            .map(|rgb| {
+                let rgb = rgb.map(|c| if c.is_finite() { c.max(0.0) } else { 0.0 });
+                Texel { rgb, pdf: luminance(rgb.map(f64::from)) as f32 }
             })
             .collect();
         let columns: Vec<Steps> = texels.par_chunks(width.max(1)).map(Steps::of_row).collect();
-        let weight = |(row, edge): (&Steps, &[f64])| row.total * (edge[0] - edge[1]);
-        let rows = Steps::new(columns.iter().zip(edges.windows(2)).map(weight));
+        let heights = edges.windows(2).map(|edge| edge[0] - edge[1]);
+        let rows = Steps::new(columns.iter().zip(heights).map(|(row, height)| row.total * height));
         if !(rows.total > 0.0 && rows.total.is_finite()) {
             return Err(EnvironmentError::Dark);
         }
@@ -168,11 +179,10 @@ impl Steps {
             })
             .collect();
         let parts = cumulative.len().next_power_of_two();
-        let first_beyond = |part: usize| {
-            let start = part as f64 / parts as f64;
-            cumulative.partition_point(|share| f64::from(*share) <= start) as u32
-        };
-        let guide = (0..parts).map(first_beyond).collect();
+        let starts = (0..parts).map(|part| part as f64 / parts as f64);
+        let guide = starts
+            .map(|start| cumulative.partition_point(|share| f64::from(*share) <= start) as u32)
+            .collect();
         Self { total, cumulative, guide }
     }
 
@@ -241,12 +251,12 @@ const STUDIO: [(DVec3, f64, f64); 3] = [
 
 fn studio_radiance(direction: DVec3) -> [f64; 3] {
     let room = 0.18 + 0.17 * direction.y;
-    let lamp = |(to_lamp, cos_edge, radiance): (DVec3, f64, f64)| {
+    let lamps = STUDIO.into_iter().map(|(to_lamp, cos_edge, radiance)| {
         let cos = direction.dot(to_lamp.normalize());
         // A soft edge, so that its mirror image shows no staircase.
         radiance * ((cos - cos_edge) / (0.1 * (1.0 - cos_edge))).clamp(0.0, 1.0)
-    };
-    [room + STUDIO.into_iter().map(lamp).sum::<f64>(); 3]
+    });
+    [room + lamps.sum::<f64>(); 3]
 }
 
 /// Larger sides than any panorama in use; sizes are checked before pixels are allocated.

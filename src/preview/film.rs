@@ -6,6 +6,23 @@ use crate::encode::GENERATOR;
 use crate::preview::colour::{delta_e2000, to_srgb8};
 
 /// A linear RGB image, rows from the top.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::preview::render::{Quality, drawn_from};
+/// use sgdbake::{Environment, MaskingKind, SgdBrdf, Shape, named, render};
+///
+/// let gold = named("gold-paint")?;
+/// let brdf = SgdBrdf::new(gold, MaskingKind::Fitted);
+/// let quality = Quality { size: 16, samples: 32, seed: 1 };
+/// let [picture] = render(
+///     &Shape::Ball, &Environment::studio(), &drawn_from(gold), [&brdf], quality, &|| (),
+/// );
+/// assert!(picture.film.to_png()?.starts_with(b"\x89PNG"));
+/// assert_eq!(picture.film.delta_e(&picture.film).max, 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     /// Pixels a row.
@@ -23,6 +40,18 @@ pub struct Pixel {
     pub rgb: [f64; 3],
     /// The share of the pixel that the object covers, 0 to 1.
     pub alpha: f64,
+}
+
+impl Pixel {
+    /// The mean of four pixels, each colour weighted by its coverage.
+    fn mean(four: [Self; 4]) -> Self {
+        let alpha = four.iter().map(|pixel| pixel.alpha).sum::<f64>();
+        let rgb = [0, 1, 2].map(|c| match alpha > 0.0 {
+            true => four.iter().map(|pixel| pixel.rgb[c] * pixel.alpha).sum::<f64>() / alpha,
+            false => 0.0,
+        });
+        Self { rgb, alpha: 0.25 * alpha }
+    }
 }
 
 /// An image could not be encoded.
@@ -65,13 +94,12 @@ impl Film {
     /// The encoder refuses the size.
     pub fn to_exr(&self) -> Result<Vec<u8>, FilmError> {
         use exr::prelude::{Image, SpecificChannels, Text, WritableImage as _};
-        let pixel = |at: exr::math::Vec2<usize>| {
+        let channels = SpecificChannels::rgba(|at: exr::math::Vec2<usize>| {
             let Pixel { rgb, alpha } = self.pixels[at.y() * self.width + at.x()];
             let [r, g, b] = rgb.map(|c| (c * alpha) as f32);
             (r, g, b, alpha as f32)
-        };
-        let mut image =
-            Image::from_channels((self.width, self.height), SpecificChannels::rgba(pixel));
+        });
+        let mut image = Image::from_channels((self.width, self.height), channels);
         image.layer_data.attributes.software_name = Text::new_or_none(GENERATOR);
         image.layer_data.encoding.compression = exr::compression::Compression::ZIP16;
         let mut bytes = Cursor::new(Vec::new());
@@ -94,24 +122,19 @@ impl Film {
     #[must_use]
     pub fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
-        let mean_of_four = |index: usize| {
-            let first = 2 * (index / width) * self.width + 2 * (index % width);
-            let four = [0, 1, self.width, self.width + 1].map(|step| self.pixels[first + step]);
-            let alpha = four.iter().map(|pixel| pixel.alpha).sum::<f64>();
-            let sum = |c: usize| four.iter().map(|pixel| pixel.rgb[c] * pixel.alpha).sum::<f64>();
-            let rgb = std::array::from_fn(|c| if alpha > 0.0 { sum(c) / alpha } else { 0.0 });
-            Pixel { rgb, alpha: 0.25 * alpha }
-        };
-        Self { width, height, pixels: (0..width * height).map(mean_of_four).collect() }
+        let firsts = (0..width * height).map(|i| 2 * (i / width) * self.width + 2 * (i % width));
+        let pixels = firsts
+            .map(|i| Pixel::mean([0, 1, self.width, self.width + 1].map(|n| self.pixels[i + n])));
+        Self { width, height, pixels: pixels.collect() }
     }
 
     /// ΔE2000 against another image of the same view.
     #[must_use]
     pub fn delta_e(&self, other: &Self) -> DeltaE {
-        let difference = |(a, b): (&Pixel, &Pixel)| {
-            (a.alpha > 0.0 && b.alpha > 0.0).then(|| delta_e2000(a.rgb, b.rgb))
-        };
-        let map: Vec<Option<f64>> = self.pixels.iter().zip(&other.pixels).map(difference).collect();
+        let pairs = self.pixels.iter().zip(&other.pixels);
+        let map: Vec<Option<f64>> = pairs
+            .map(|(a, b)| (a.alpha > 0.0 && b.alpha > 0.0).then(|| delta_e2000(a.rgb, b.rgb)))
+            .collect();
         let covered = map.iter().flatten();
         DeltaE {
             mean: covered.clone().sum::<f64>() / covered.clone().count().max(1) as f64,

@@ -40,11 +40,12 @@ impl Model {
     ///
     /// The textures cannot be baked.
     pub fn reflectance(self, material: &Material) -> Result<Box<dyn Reflectance>, BakeError> {
-        let one_lobe = |family| Box::new(one_lobe::fit(material, family).per_channel.brdf());
         Ok(match self {
             Self::Sgd => Box::new(SgdBatch::new(material, MaskingKind::Exact)),
-            Self::Beckmann => one_lobe(Family::Beckmann),
-            Self::Ggx => one_lobe(Family::Ggx),
+            Self::Beckmann => {
+                Box::new(one_lobe::fit(material, Family::Beckmann).per_channel.brdf())
+            }
+            Self::Ggx => Box::new(one_lobe::fit(material, Family::Ggx).per_channel.brdf()),
             Self::Mixture => {
                 let mixture = mixture::best_picture(material, SHOWN_COMPONENTS);
                 Box::new(Brdf::of_mixture(material, &mixture))

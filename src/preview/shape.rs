@@ -11,6 +11,15 @@ use crate::preview::ball::{TO_VIEWER, normal_at};
 use crate::scene;
 
 /// The shape in front of the camera.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::Shape;
+///
+/// assert!(Shape::Ball.seen_at(0.0, 0.0).is_some(), "the centre of the picture");
+/// assert!(Shape::Ball.seen_at(0.99, 0.99).is_none(), "its corner");
+/// ```
 #[derive(Debug)]
 pub enum Shape {
     /// The unit ball.
@@ -122,11 +131,11 @@ impl Mesh {
     /// The triangles moved and scaled into the unit ball; `None` without a triangle of finite size.
     #[must_use]
     pub fn new(mut triangles: Vec<Triangle>) -> Option<Self> {
-        let corners = || triangles.iter().flat_map(|t| t.corners);
-        let low = corners().reduce(DVec3::min)?;
-        let high = corners().reduce(DVec3::max)?;
+        let corners = triangles.iter().flat_map(|t| t.corners);
+        let low = corners.clone().reduce(DVec3::min)?;
+        let high = corners.clone().reduce(DVec3::max)?;
         let centre = 0.5 * (low + high);
-        let radius = corners().map(|corner| corner.distance(centre)).fold(0.0, f64::max);
+        let radius = corners.map(|corner| corner.distance(centre)).fold(0.0, f64::max);
         if !(radius.is_finite() && radius > 0.0) {
             return None;
         }

@@ -13,10 +13,10 @@ use crate::microfacet::Accuracy;
 use crate::preview::Film;
 use crate::preview::ball::{KEY_LIGHT, under_sun};
 
-/// How a reflectance compares with a material.
+/// The comparison of a reflectance with a material.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Appearance {
-    /// Which reflectance of a fit it is.
+    /// The reflectance of the fit.
     pub of: &'static str,
     /// Mean ΔE2000 of a ball under one light.
     pub delta_e_mean: f64,

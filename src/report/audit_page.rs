@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::material::Channel;
-use crate::report::audit::{Audit, ChannelAudit, Law, Stored};
+use crate::report::audit::{Audit, ChannelAudit, Stored};
+use crate::report::laws::Law;
 
 /// The audit of any number of materials as one page: the laws, then what the published numbers
 /// do beyond them.
@@ -73,9 +74,6 @@ fn findings(audits: &[Audit]) -> String {
         let from =
             channel.gains_energy_from_deg.map_or("–".to_owned(), |angle| format!("{angle:.1}°"));
         let [low, high] = channel.fresnel;
-        let mark = |outside: bool, value: f64| {
-            if outside { format!("**{value:.3}**") } else { format!("{value:.3}") }
-        };
         let _ = writeln!(
             text,
             "| {name} | {} | {from} | {} | {} | {} |",
@@ -88,7 +86,12 @@ fn findings(audits: &[Audit]) -> String {
     text + "\n"
 }
 
-/// What one material's numbers break, a sentence each; one that says so where nothing is broken.
+/// A number, in bold if it is one that should not be.
+fn mark(outside: bool, value: f64) -> String {
+    if outside { format!("**{value:.3}**") } else { format!("{value:.3}") }
+}
+
+/// The limits that a material's numbers break, a sentence each, or one that says that none is broken.
 #[must_use]
 pub fn findings_of(audit: &Audit) -> Vec<String> {
     let mut found: Vec<String> = audit.channels.iter().flat_map(channel_findings).collect();
@@ -117,7 +120,7 @@ fn channel_findings(channel: &ChannelAudit) -> Vec<String> {
     energy.into_iter().chain(fresnel).chain(half).collect()
 }
 
-/// Which quantities a half float cannot hold as they are.
+/// The quantities that a half float cannot hold as they are.
 fn half_floats(audits: &[Audit]) -> String {
     let mut text = String::from(
         "## Half floats\n\nA half float ends at 65504. The largest value of each quantity:\n\n\
@@ -153,7 +156,7 @@ fn half_floats(audits: &[Audit]) -> String {
     text + "\n"
 }
 
-/// How good the published masking fits are.
+/// The errors of the published masking fits.
 fn masking(audits: &[Audit]) -> String {
     let mut differences: Vec<_> = channels(audits)
         .map(|(name, channel)| (name, channel.channel, channel.masking_difference))

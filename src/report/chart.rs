@@ -20,18 +20,18 @@ pub struct Curve {
 pub struct Mark {
     /// CSS classes.
     pub class: String,
-    /// Where.
+    /// Its place.
     pub at: [f64; 2],
-    /// What stands beside it where there is room, and always where it is pointed at.
+    /// Its label, drawn next to it where there is room, and always when it is pointed at.
     pub label: String,
-    /// Whether the label stands even where there is no room.
+    /// True to draw the label even where there is no room.
     pub always_named: bool,
 }
 
 /// An entry of a key: a line or a point in its style, and what that stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
-    /// Whether it shows a line or a point.
+    /// A line or a point.
     pub shown: Shown,
     /// CSS classes of what is shown.
     pub class: &'static str,
@@ -63,7 +63,7 @@ pub struct Chart {
     pub curves: Vec<Curve>,
     /// Labelled points.
     pub marks: Vec<Mark>,
-    /// What stands under the title to explain the styles.
+    /// The explanation of the styles, drawn under the title.
     pub key: Vec<Key>,
 }
 
@@ -236,7 +236,7 @@ impl Chart {
         }
     }
 
-    /// Points, each named when pointed at, and the labels that have room beside them.
+    /// Points, each named when pointed at, and the labels that have room.
     fn draw_marks(&self, svg: &mut String) {
         let places: Vec<[f64; 2]> = self.marks.iter().map(|mark| self.place(mark.at)).collect();
         let points = places.iter().map(|[x, y]| [x - POINT, y - POINT, x + POINT, y + POINT]);
@@ -272,8 +272,9 @@ impl Chart {
             [x - width, y - gap - height],
             [x - width, y + gap],
         ];
-        let inside = |[left, _]: &[f64; 2]| *left > MARGIN[0] && left + width < self.size[0];
-        let inside = corners.into_iter().filter(inside);
+        let inside = corners
+            .into_iter()
+            .filter(|[left, _]| *left > MARGIN[0] && left + width < self.size[0]);
         inside.map(|[left, top]| [left, top, left + width, top + height]).collect()
     }
 
@@ -329,19 +330,15 @@ mod tests {
 
     #[test]
     fn labels_stand_clear_or_not_at_all() {
-        let mark = |x: f64| Mark {
-            class: "m".into(),
-            at: [x, 0.5],
-            label: "label".into(),
-            always_named: false,
-        };
+        let mark =
+            Mark { class: "m".into(), at: [0.5, 0.5], label: "label".into(), always_named: false };
         let mut chart = Chart {
             title: String::new(),
             size: [300.0, 200.0],
             x: Axis::linear("x", 0.0, 1.0),
             y: Axis::linear("y", 0.0, 1.0),
             curves: vec![],
-            marks: vec![mark(0.5); 9],
+            marks: vec![mark; 9],
             key: vec![],
         };
         let labels = |chart: &Chart| {

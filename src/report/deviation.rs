@@ -1,4 +1,4 @@
-//! How far a reflectance is from the exact one.
+//! The distance of a reflectance from the exact one.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,11 +7,12 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
-use crate::brdf::{MaskingKind, Reflectance, Sample as _, Sampler, SgdBrdf, Strategy};
+use crate::brdf::{MaskingKind, Reflectance, Sample as _, SgdBrdf};
 use crate::material::Material;
 use crate::math::direction::spherical;
 use crate::preview::Film;
 use crate::preview::ball::{KEY_LIGHT, under_sun};
+use crate::preview::render::drawn_from;
 
 /// An error against the exact f64 reflectance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -47,7 +48,7 @@ impl Yardstick {
     #[must_use]
     pub fn new(material: &Material) -> Self {
         let sgd = SgdBrdf::new(material, MaskingKind::Exact);
-        let surface = Sampler::new(material, MaskingKind::Fitted, Strategy::Ggx);
+        let surface = drawn_from(material);
         let mut rng = Pcg64Mcg::seed_from_u64(1);
         let (mut pairs, mut exact, mut largest) = (Vec::new(), Vec::new(), Vec::new());
         for viewer in 0..VIEWERS {
@@ -68,7 +69,7 @@ impl Yardstick {
         Self { pairs, exact, largest, ball: under_sun(&sgd, KEY_LIGHT, BALL) }
     }
 
-    /// How far `reflectance` is from the exact one.
+    /// The distance of `reflectance` from the exact one.
     #[must_use]
     pub fn measure(&self, reflectance: &dyn Reflectance) -> Deviation {
         let mut f = vec![[0.0; 3]; self.pairs.len()];

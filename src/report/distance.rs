@@ -8,6 +8,7 @@ use palette::white_point::D65;
 use palette::{IntoColor as _, Lab, LinSrgb};
 use serde::Serialize;
 
+use crate::asset::Distances;
 use crate::brdf::Reflectance;
 use crate::fit::Metric;
 use crate::fit::target::{Pair, Residuals, Resolution, pairs};
@@ -27,6 +28,20 @@ pub struct Distance {
     /// √(∫∫ (Δ ∛x)²/∫∫ (∛x)²), x = π f cosθi with CIELAB's toe, weighted by cosθo: the relative
     /// error in lightness.
     pub lightness: f64,
+}
+
+impl From<Distance> for Distances {
+    fn from(distance: Distance) -> Self {
+        let Distance { suns, highlights, absolute, relative, lightness } = distance;
+        Self { suns, highlights, absolute, relative, lightness }
+    }
+}
+
+impl From<Distances> for Distance {
+    fn from(distances: Distances) -> Self {
+        let Distances { suns, highlights, absolute, relative, lightness } = distances;
+        Self { suns, highlights, absolute, relative, lightness }
+    }
 }
 
 /// A measurement to which models are compared.

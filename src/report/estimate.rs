@@ -1,4 +1,4 @@
-//! The directional albedo ∫ f cosθi dωi by sampling, beside its value by quadrature.
+//! The directional albedo ∫ f cosθi dωi by sampling, next to its value by quadrature.
 
 use glam::DVec3;
 use rand::{RngExt as _, SeedableRng as _};
@@ -48,11 +48,13 @@ pub fn estimate(
         Estimator::Published => {
             let last = brdf.lobes.len().saturating_sub(1);
             let lobes = material.channel_lobes().unwrap_or([0, 1, 2].map(|c: usize| c.min(last)));
-            let printed = |c: usize, u| match brdf.lobes.get(lobes[c]) {
-                Some(_) => published_sample(&brdf, c, lobes[c], wo, u).printed,
-                None => brdf.rho_d[c],
+            let weight = |u| {
+                [0, 1, 2].map(|c| match brdf.lobes.get(lobes[c]) {
+                    Some(_) => published_sample(&brdf, c, lobes[c], wo, u).printed,
+                    None => brdf.rho_d[c],
+                })
             };
-            moments(&|u| [0, 1, 2].map(|c| printed(c, u)), n, seed)
+            moments(&weight, n, seed)
         }
         Estimator::Sampled(strategy) => {
             let sampler = Sampler::new(material, masking, strategy);

@@ -30,12 +30,14 @@ pub const RULE: &str = "A method is off the front where another one has the smal
 /// faster.
 #[must_use]
 pub fn margins(rounds: &Rounds, errors: &[f64]) -> Vec<f64> {
-    let jobs = || 0..errors.len();
-    let push = |a: usize, b: usize| Some(rounds.ratio(a, b) / limit(errors[a], errors[b])?);
-    let margin = |b: usize| {
-        jobs().filter(|a| *a != b).filter_map(|a| push(a, b)).fold(f64::INFINITY, f64::min)
-    };
-    jobs().map(margin).collect()
+    (0..errors.len()).map(|job| margin(rounds, errors, job)).collect()
+}
+
+/// The margin of one job.
+fn margin(rounds: &Rounds, errors: &[f64], job: usize) -> f64 {
+    let others = (0..errors.len()).filter(|other| *other != job);
+    let ratios = others.filter_map(|a| Some(rounds.ratio(a, job) / limit(errors[a], errors[job])?));
+    ratios.fold(f64::INFINITY, f64::min)
 }
 
 /// The longest time, as a multiple of another method's, at which a method of error `own` pushes one

@@ -15,8 +15,10 @@ pub fn colour(delta_e: f64) -> [u8; 3] {
     let position = (delta_e / SCALE_END).clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
     let left = (position as usize).min(SCALE.len() - 2);
     let share = position - left as f64;
-    let mix = |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a))).round() as u8;
-    std::array::from_fn(|c| mix(SCALE[left][c], SCALE[left + 1][c]))
+    std::array::from_fn(|c| {
+        let [a, b] = [left, left + 1].map(|step| f64::from(SCALE[step][c]));
+        (a + share * (b - a)).round() as u8
+    })
 }
 
 /// A difference map as PNG bytes, transparent off the object.
@@ -25,13 +27,13 @@ pub fn colour(delta_e: f64) -> [u8; 3] {
 ///
 /// The encoder refuses the size.
 pub fn png(difference: &DeltaE, width: usize) -> Result<Vec<u8>, FilmError> {
-    let pixel = |delta_e: &Option<f64>| {
-        delta_e.map_or([0; 4], |delta_e| {
+    let mut rgba = Vec::with_capacity(4 * difference.map.len());
+    for delta_e in &difference.map {
+        rgba.extend(delta_e.map_or([0; 4], |delta_e| {
             let [r, g, b] = colour(delta_e);
             [r, g, b, 255]
-        })
-    };
-    let rgba: Vec<u8> = difference.map.iter().flat_map(pixel).collect();
+        }));
+    }
     encode_png(&rgba, width, difference.map.len() / width.max(1))
 }
 

@@ -15,7 +15,7 @@ pub struct Machine {
     pub threads: usize,
     /// The widest vector instructions in use.
     pub instructions: InstructionSet,
-    /// Whether the program checks its assertions while it runs, which costs time.
+    /// True if the program checks its assertions while it runs, which costs time.
     pub assertions: bool,
 }
 

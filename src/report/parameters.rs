@@ -17,23 +17,22 @@ pub type Row = [Option<f64>; 12];
 #[must_use]
 pub fn rows(material: &Material) -> Vec<(String, Row)> {
     let published = find(&material.name).ok().filter(|entry| entry.material == *material);
-    let error = |c: usize| published.map(|entry| entry.printed[c].error);
     let (rho_d, lobes) = (material.rho_d(), material.lobes());
     let colours = Channel::ALL.into_iter().enumerate();
+    let mut rows = Vec::new();
     if let Some(of_channel) = material.channel_lobes() {
-        let row = |(c, name): (usize, Channel)| {
-            (name.name().to_owned(), row(rho_d[c], &lobes[of_channel[c]], c, error(c)))
-        };
-        return colours.map(row).collect();
+        for (c, name) in colours {
+            let error = published.map(|entry| entry.printed[c].error);
+            rows.push((name.name().to_owned(), row(rho_d[c], &lobes[of_channel[c]], c, error)));
+        }
+        return rows;
     }
-    let of_lobe = |(j, lobe): (usize, &LobeParams)| {
-        let lobe = *lobe;
-        let row = move |(c, name): (usize, Channel)| {
-            (format!("{} {}", j + 1, name.name()), row(rho_d[c], &lobe, c, None))
-        };
-        Channel::ALL.into_iter().enumerate().map(row)
-    };
-    lobes.iter().enumerate().flat_map(of_lobe).collect()
+    for (j, lobe) in lobes.iter().enumerate() {
+        for (c, name) in colours.clone() {
+            rows.push((format!("{} {}", j + 1, name.name()), row(rho_d[c], lobe, c, None)));
+        }
+    }
+    rows
 }
 
 /// The row of one colour of a lobe.

@@ -14,7 +14,8 @@ pub struct Lobe {
     pub points: Vec<[f64; 2]>,
 }
 
-/// A half circle with lobes, the longest radius on its edge.
+/// A half circle with lobes. Its radius is the longest of theirs; points farther out are drawn on its
+/// edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polar {
     /// Title.
@@ -35,9 +36,8 @@ impl Polar {
     /// The drawing as an `svg` element.
     #[must_use]
     pub fn svg(&self) -> String {
-        let curves = self.lobes.iter().map(|lobe| &lobe.points).chain([&self.points]);
-        let radii = curves.flatten().map(|p| p[1]);
-        let longest = radii.fold(f64::MIN_POSITIVE, f64::max);
+        let radii = self.lobes.iter().flat_map(|lobe| &lobe.points).map(|p| p[1]);
+        let longest = radii.chain([usual(&self.points)]).fold(f64::MIN_POSITIVE, f64::max);
         let mut svg = format!(
             "<svg class=\"polar\" viewBox=\"0 0 200 122\" role=\"img\" aria-label=\"{0}\">\
              <text class=\"title\" x=\"4\" y=\"14\">{0}</text>",
@@ -66,11 +66,19 @@ impl Polar {
                 write!(svg, "<path class=\"curve {}\" d=\"{}\"/>", lobe.class, path(lobe, longest));
         }
         for [theta, radius] in &self.points {
-            let [x, y] = place(*theta, radius / longest);
+            let [x, y] = place(*theta, (radius / longest).min(1.0));
             let _ = write!(svg, "<circle class=\"mark\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"1.1\"/>");
         }
         svg + "</svg>"
     }
+}
+
+/// The radius that nineteen of twenty points stay within: a value that was measured badly does not
+/// shrink the drawing.
+fn usual(points: &[[f64; 2]]) -> f64 {
+    let mut radii: Vec<f64> = points.iter().map(|p| p[1]).collect();
+    radii.sort_by(f64::total_cmp);
+    radii.get(radii.len() * 19 / 20).copied().unwrap_or(0.0)
 }
 
 fn path(lobe: &Lobe, longest: f64) -> String {

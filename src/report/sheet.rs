@@ -1,19 +1,19 @@
 //! The material sheet: what the paper's supplement prints of a material, and what the fits make
 //! of it, measured when the sheet is written.
 
+use crate::asset::{DirectFits, Distances, GltfAt, direct_fits_of};
 use crate::brdf::batch::SgdBatch;
 use crate::brdf::gltf::GltfBrdf;
 use crate::brdf::{Brdf, MaskingKind, OneLobe, Reflectance, SgdBrdf};
 use crate::fit::target::Residuals;
-use crate::fit::{Metric, gltf, gltf_measured, one_lobe, one_lobe_measured};
-use crate::material::{Material, find};
+use crate::fit::{Metric, Target, gltf, gltf_measured, one_lobe, one_lobe_measured};
+use crate::material::{Edition, Material, find};
 use crate::measurement::Filled;
 use crate::microfacet::{Family, OneWidth};
 use crate::preview::film::{DeltaE, FilmError};
-use crate::preview::render::{Quality, drawn_from, render};
+use crate::preview::render::{Quality, Render, drawn_from, render};
 use crate::preview::{Environment, Film, Shape};
 use crate::report::audit::{Audit, audit};
-use crate::report::distance::Distance;
 use crate::report::surface::{Surface, evaluated};
 use crate::report::{sheet_page, sheet_plots};
 
@@ -31,6 +31,8 @@ pub struct Sheet<'a> {
     pub audit: Audit,
     /// Pictures of the material and of the fits.
     pub pictures: Pictures,
+    /// How far each model is from the measured surface, where that is known.
+    pub distances: Vec<(&'static str, Distances)>,
     /// The measurement that the material was fitted to.
     pub measured: Option<OfMeasurement<'a>>,
 }
@@ -39,8 +41,6 @@ pub struct Sheet<'a> {
 pub struct OfMeasurement<'a> {
     /// Its values, NaN where there is none.
     pub reflectance: &'a dyn Reflectance,
-    /// The distances of SGD, Beckmann, GGX and glTF.
-    pub distances: [Distance; 4],
     /// ∫∫ |f − f_measured| cosθi cosθo dωi dωo/π² of SGD, per channel \[1/sr\].
     pub absolute: [f64; 3],
 }
@@ -63,12 +63,22 @@ pub struct Fits {
 pub struct Pictures {
     /// The measurement, or the SGD material where there is none.
     pub reference: Film,
-    /// SGD beside a measurement.
-    pub sgd: Option<(Film, DeltaE)>,
-    /// Beckmann, GGX, glTF, each with its difference to the reference.
-    pub fits: [(Film, DeltaE); 3],
+    /// What the reference is.
+    pub of: &'static str,
+    /// Every other: SGD beside a measurement, the catalogue's editions, then the fits.
+    pub models: Vec<Picture>,
     /// The noise of the pictures.
     pub noise: f64,
+}
+
+/// The picture of a model.
+pub struct Picture {
+    /// The model's name.
+    pub name: &'static str,
+    /// The picture.
+    pub film: Film,
+    /// Its difference to the reference.
+    pub difference: DeltaE,
 }
 
 /// A finished page.
@@ -120,7 +130,7 @@ fn finished(sheet: &Sheet<'_>) -> Result<Page, FilmError> {
         name: sheet.material.name.clone(),
         html: sheet_page::html(sheet, &sheet_plots::plots(sheet))?,
         thumbnail: sheet.pictures.reference.halved().to_png()?,
-        delta_e: sheet.pictures.fits.each_ref().map(|(_, difference)| difference.mean),
+        delta_e: sheet.pictures.of_fits().map(|picture| picture.difference.mean),
         gains_energy_from_deg: sheet
             .audit
             .channels
@@ -133,12 +143,19 @@ fn finished(sheet: &Sheet<'_>) -> Result<Page, FilmError> {
 impl<'a> Sheet<'a> {
     fn new(material: &'a Material, environment: &Environment) -> Self {
         let published = find(&material.name).ok().filter(|entry| entry.material == *material);
-        let fits = Fits::new(material);
+        let edition = Edition::of(material);
+        let fits = direct_fits_of(material)
+            .map_or_else(|| Fits::new(material), |direct| Fits::of_catalogue(material, direct));
+        let mut pictures = Pictures::new(material, edition, &fits, environment);
+        if let Some(other) = edition.map(Edition::other) {
+            pictures.add_edition(0, other, material, environment);
+        }
         Self {
             material,
             printed_error: published.map(|entry| entry.printed.map(|row| row.error)),
             sgd: SgdBrdf::new(material, MaskingKind::Exact),
-            pictures: Pictures::new(material, &fits, environment),
+            pictures,
+            distances: edition.map(|edition| stated(edition, material)).unwrap_or_default(),
             audit: audit(material),
             fits,
             measured: None,
@@ -153,23 +170,55 @@ impl<'a> Sheet<'a> {
     ) -> Self {
         let fits = Fits::to_measurement(surface);
         let sgd = evaluated(material);
-        let [beckmann, ggx, gltf] = fits.reflectances();
-        let models = [&sgd as &dyn Reflectance, beckmann, ggx, gltf];
-        let measured = OfMeasurement {
-            reflectance,
-            distances: models.map(|model| surface.reference.distance(model)),
-            absolute: surface.reference.absolute(&sgd),
-        };
+        let distance = |model: &dyn Reflectance| surface.reference.distance(model).into();
+        let mut distances = vec![("SGD", distance(&sgd))];
+        let mut pictures = Pictures::of_measurement(material, reflectance, &fits, environment);
+        // A measurement by the name of a catalogue material is beside the paper's fit.
+        if let Some(published) = Edition::Published.material(&material.name) {
+            distances.push((sgd_name(Edition::Published), distance(&evaluated(published))));
+            pictures.add_edition(1, Edition::Published, material, environment);
+        }
+        distances.extend(FIT_NAMES.into_iter().zip(fits.reflectances().map(distance)));
         Self {
             material,
             printed_error: None,
+            measured: Some(OfMeasurement {
+                reflectance,
+                absolute: surface.reference.absolute(&sgd),
+            }),
             sgd: SgdBrdf::new(material, MaskingKind::Exact),
-            pictures: Pictures::of_measurement(material, reflectance, &fits, environment),
+            pictures,
+            distances,
             audit: audit(material),
             fits,
-            measured: Some(measured),
         }
     }
+}
+
+/// How a page names the SGD material of an edition.
+fn sgd_name(edition: Edition) -> &'static str {
+    match edition {
+        Edition::Published => "SGD as published",
+        Edition::Refit => "SGD refitted",
+    }
+}
+
+/// The distances of both editions and of the fits to one of them from the measured surface, as the
+/// catalogue states them.
+fn stated(edition: Edition, material: &Material) -> Vec<(&'static str, Distances)> {
+    let direct = Edition::Refit.material(&material.name).and_then(direct_fits_of);
+    let rows = direct.map(|DirectFits { published, refit, beckmann, ggx, gltf, .. }| {
+        let fits = match edition {
+            Edition::Published => {
+                [beckmann.of_published.error, ggx.of_published.error, gltf.of_published.error]
+            }
+            Edition::Refit => [beckmann.measured.error, ggx.measured.error, gltf.measured.error],
+        };
+        let editions = [(Edition::Published, *published), (Edition::Refit, *refit)];
+        let editions = editions.map(|(edition, distances)| (sgd_name(edition), distances));
+        editions.into_iter().chain(FIT_NAMES.into_iter().zip(fits)).collect()
+    });
+    rows.unwrap_or_default()
 }
 
 impl Fits {
@@ -187,22 +236,33 @@ impl Fits {
         }
     }
 
+    /// The fits to the measurement of a refitted material, as the catalogue holds them, with their
+    /// residuals to the material.
+    fn of_catalogue(material: &Material, direct: &DirectFits) -> Self {
+        let target = Target::new(material);
+        let [beckmann, ggx] = [&direct.beckmann, &direct.ggx].map(|fits| fits.measured.lobe);
+        let GltfAt { material: gltf, .. } = direct.gltf.measured;
+        Self::with(beckmann, ggx, gltf, |model| target.residuals(model))
+    }
+
     /// The fits to a measurement, the lobes with one width for all channels.
     fn to_measurement(surface: &Surface) -> Self {
         let [beckmann, ggx] = [Family::Beckmann, Family::Ggx]
             .map(|family| one_lobe_measured::fit(&surface.target, family));
         let gltf = gltf_measured::fit(&surface.target).material;
+        Self::with(beckmann, ggx, gltf, |model| surface.reference.residuals(model))
+    }
+
+    fn with(
+        beckmann: OneLobe,
+        ggx: OneLobe,
+        gltf: GltfBrdf,
+        residuals: impl Fn(&dyn Reflectance) -> Residuals,
+    ) -> Self {
         let one_lobe = [beckmann.brdf(), ggx.brdf()];
-        let residuals =
-            |model: &dyn Reflectance| -> Residuals { surface.reference.residuals(model) };
-        Self {
-            residuals: [residuals(&one_lobe[0]), residuals(&one_lobe[1]), residuals(&gltf)]
-                .map(|residuals| residuals.in_metric(Metric::default())),
-            one_lobe,
-            beckmann,
-            ggx,
-            gltf,
-        }
+        let models: [&dyn Reflectance; 3] = [&one_lobe[0], &one_lobe[1], &gltf];
+        let residuals = models.map(|model| residuals(model).in_metric(Metric::default()));
+        Self { residuals, one_lobe, beckmann, ggx, gltf }
     }
 
     /// The fits as reflectances, in the order of [`FIT_NAMES`].
@@ -213,21 +273,18 @@ impl Fits {
 }
 
 impl Pictures {
-    fn new(material: &Material, fits: &Fits, environment: &Environment) -> Self {
+    fn new(
+        material: &Material,
+        edition: Option<Edition>,
+        fits: &Fits,
+        environment: &Environment,
+    ) -> Self {
         let sgd = SgdBatch::new(material, MaskingKind::Exact);
         let [beckmann, ggx, gltf] = fits.reflectances();
         let models = [&sgd, beckmann, ggx, gltf];
         let surface = drawn_from(material);
         let [sgd, fits @ ..] = render(&Shape::Ball, environment, &surface, models, QUALITY, &|| ());
-        Self {
-            fits: fits.map(|fit| {
-                let difference = fit.film.delta_e(&sgd.film);
-                (fit.film, difference)
-            }),
-            noise: sgd.noise,
-            reference: sgd.film,
-            sgd: None,
-        }
+        Self::beside(edition.map_or("SGD", sgd_name), sgd, FIT_NAMES.into_iter().zip(fits))
     }
 
     fn of_measurement(
@@ -242,10 +299,48 @@ impl Pictures {
         let surface = drawn_from(material);
         let [reference, models @ ..] =
             render(&Shape::Ball, environment, &surface, models, QUALITY, &|| ());
-        let [sgd, fits @ ..] = models.map(|model| {
-            let difference = model.film.delta_e(&reference.film);
-            (model.film, difference)
-        });
-        Self { noise: reference.noise, reference: reference.film, sgd: Some(sgd), fits }
+        let names = std::iter::once("SGD").chain(FIT_NAMES);
+        Self::beside("The measurement", reference, names.zip(models))
+    }
+
+    /// The pictures of models beside a reference.
+    fn beside(
+        of: &'static str,
+        reference: Render,
+        models: impl Iterator<Item = (&'static str, Render)>,
+    ) -> Self {
+        let Render { film: reference, noise } = reference;
+        let models = models
+            .map(|(name, Render { film, .. })| Picture::new(name, film, &reference))
+            .collect();
+        Self { models, reference, of, noise }
+    }
+
+    /// Adds the picture of an edition of a material, with the same directions as the others.
+    fn add_edition(
+        &mut self,
+        place: usize,
+        edition: Edition,
+        material: &Material,
+        environment: &Environment,
+    ) {
+        let Some(edited) = edition.material(&material.name) else { return };
+        let sgd = SgdBatch::new(edited, MaskingKind::Exact);
+        let surface = drawn_from(material);
+        let [sgd] = render(&Shape::Ball, environment, &surface, [&sgd], QUALITY, &|| ());
+        let picture = Picture::new(sgd_name(edition), sgd.film, &self.reference);
+        self.models.insert(place, picture);
+    }
+
+    /// The pictures of the fits, in the order of [`FIT_NAMES`].
+    fn of_fits(&self) -> [&Picture; 3] {
+        let first = self.models.len() - FIT_NAMES.len();
+        std::array::from_fn(|i| &self.models[first + i])
+    }
+}
+
+impl Picture {
+    fn new(name: &'static str, film: Film, reference: &Film) -> Self {
+        Self { name, difference: film.delta_e(reference), film }
     }
 }

@@ -4,17 +4,18 @@ use std::fmt::Write as _;
 
 use base64::{Engine as _, prelude::BASE64_STANDARD};
 
+use crate::asset::Distances;
 use crate::encode::GENERATOR;
 use crate::material::Channel;
 use crate::preview::film::FilmError;
 use crate::report::audit_page;
 use crate::report::chart::{escape, line_key};
-use crate::report::distance::Distance;
 use crate::report::heat;
 use crate::report::number::six_digits;
 use crate::report::parameters;
-use crate::report::sheet::{FIT_NAMES, Page, Sheet};
+use crate::report::sheet::{Page, Picture, Pictures, Sheet};
 use crate::report::sheet_plots::Plots;
+use crate::report::view;
 
 /// The style of every page of the tool.
 pub const STYLE: &str = include_str!("sheet.css");
@@ -26,10 +27,12 @@ pub const STYLE: &str = include_str!("sheet.css");
 /// A picture cannot be encoded.
 pub fn html(sheet: &Sheet<'_>, plots: &Plots) -> Result<String, FilmError> {
     let mut body = format!(
-        "<p class=\"soft\"><a href=\"index.html\">All sheets</a></p><h1>{}</h1>\
+        "<p class=\"soft\"><a href=\"index.html\">All sheets</a> · <a href=\"{}\">Look at it from \
+         all sides</a></p><h1>{}</h1>\
          <p>Measured reflectance as a Shifted Gamma Distribution (Bagher, Soler, Holzschuch 2012), \
          and the best fits of the models that engines have. Every number and picture was computed \
          when this page was written.</p>",
+        view::address(&sheet.material.name),
         escape(&sheet.material.name)
     );
     body.push_str(&parameters(sheet));
@@ -100,20 +103,16 @@ fn table(corner: &str, columns: &[&str], rows: &[Vec<String>]) -> String {
 }
 
 fn pictures(sheet: &Sheet<'_>) -> Result<String, FilmError> {
-    let pictures = &sheet.pictures;
-    let sgd = pictures.sgd.iter().map(|sgd| ("SGD", sgd));
-    let models: Vec<_> = sgd.chain(FIT_NAMES.into_iter().zip(&pictures.fits)).collect();
-    let (reference, name) = match sheet.measured {
-        Some(_) => ("The measurement", "the measurement"),
-        None => ("SGD, the measured material", "SGD"),
-    };
-    let mut html = format!("<h2>Pictures</h2><div class=\"grid{}\">", models.len() + 1);
-    html.push_str(&figure(&pictures.reference.to_png()?, reference));
-    for (name, (film, _)) in &models {
-        html.push_str(&figure(&film.to_png()?, &format!("{name}, best fit")));
+    let Pictures { reference, of, models, noise } = &sheet.pictures;
+    let columns = models.len() + 1;
+    let mut html =
+        format!("<h2>Pictures</h2><div class=\"pictures\" style=\"--columns:{columns}\">");
+    html.push_str(&figure(&reference.to_png()?, of));
+    for Picture { name, film, .. } in models {
+        html.push_str(&figure(&film.to_png()?, name));
     }
-    html.push_str(&scale(name));
-    for (name, (film, difference)) in &models {
+    html.push_str(&scale());
+    for Picture { name, film, difference } in models {
         let caption =
             format!("{name}: ΔE2000 mean {:.2}, largest {:.1}", difference.mean, difference.max);
         html.push_str(&figure(&heat::png(difference, film.width)?, &caption));
@@ -123,17 +122,18 @@ fn pictures(sheet: &Sheet<'_>) -> Result<String, FilmError> {
         "</div><p class=\"soft\">Differences of CIE Lab colours as displayed, after the tone curve; \
          about 1 is just visible side by side. A pixel's noise is at most {:.1} % of the mean \
          luminance, and nearly the same in all pictures.</p>",
-        100.0 * pictures.noise
+        100.0 * noise
     );
     Ok(html)
 }
 
-/// How far each model is from the measurement.
+/// How far each model is from the measured surface.
 fn errors(sheet: &Sheet<'_>) -> String {
-    let Some(measured) = &sheet.measured else { return String::new() };
-    let names = ["SGD", "Beckmann", "GGX", "glTF"];
-    let row = |(name, distance): (&str, &Distance)| {
-        let Distance { suns, highlights, absolute, relative, lightness } = distance;
+    if sheet.distances.is_empty() {
+        return String::new();
+    }
+    let row = |(name, distances): &(&str, Distances)| {
+        let Distances { suns, highlights, absolute, relative, lightness } = distances;
         let numbers = [
             format!("{suns:.2}"),
             format!("{highlights:.2}"),
@@ -141,23 +141,29 @@ fn errors(sheet: &Sheet<'_>) -> String {
             format!("{relative:.4}"),
             format!("{lightness:.4}"),
         ];
-        std::iter::once(name.to_owned()).chain(numbers).collect()
+        std::iter::once((*name).to_owned()).chain(numbers).collect()
     };
-    let rows: Vec<Vec<String>> = names.into_iter().zip(&measured.distances).map(row).collect();
+    let rows: Vec<Vec<String>> = sheet.distances.iter().map(row).collect();
     let columns = ["ΔE2000 suns", "ΔE2000 highlights", "absolute [1/sr]", "relative", "lightness"];
+    let source = if sheet.measured.is_some() {
+        "Each model but a published one is fitted to the measurement."
+    } else {
+        "The surface is the MERL measurement as a neural network reproduces it (Sztrajman et al. \
+         2021); the fits of a refitted material are made to it, those of a published one to the \
+         published material."
+    };
     format!(
-        "<h2>Errors against the measurement</h2>{}<p class=\"soft\">Each model is fitted to the \
-         measurement. ΔE2000 is the mean over a ball under five suns, and over its highlights under \
-         small lights; absolute is the mean of |f − measured| weighted by both cosines, relative the \
-         same over the mean of f.</p>",
+        "<h2>Errors against the measurement</h2>{}<p class=\"soft\">{source} ΔE2000 is the mean \
+         over a ball under five suns, and over its highlights under small lights; absolute is the \
+         mean of |f − measured| weighted by both cosines, relative the same over the mean of f.</p>",
         table("", &columns, &rows)
     )
 }
 
 /// What the colours of the difference maps mean.
-fn scale(reference: &str) -> String {
+fn scale() -> String {
     format!(
-        "<div class=\"scale\">ΔE2000 against {reference}<div class=\"bar\" style=\"background:{}\"></div>\
+        "<div class=\"scale\">ΔE2000 against the first<div class=\"bar\" style=\"background:{}\"></div>\
          <div class=\"ends\"><span>0</span><span>{} and above</span></div></div>",
         heat::gradient(),
         heat::SCALE_END
@@ -191,7 +197,11 @@ fn lobes(sheet: &Sheet<'_>, plots: &Plots) -> String {
     let mut html = format!(
         "<h2>Lobes in the plane of incidence</h2><p class=\"soft\">The radius is ∛f; the dotted line is \
          the direction to the light, and the half circle the largest value of its drawing.{}</p>{}",
-        if sheet.measured.is_some() { " The points are the measurement." } else { "" },
+        if sheet.measured.is_some() {
+            " The points are the measurement; those beyond the drawing stand on its edge."
+        } else {
+            ""
+        },
         key(&MODELS)
     );
     for (_, channels) in &plots.lobes {
@@ -286,10 +296,11 @@ fn audit(sheet: &Sheet<'_>) -> String {
 /// The index of several sheets.
 #[must_use]
 pub fn index<'p>(pages: impl IntoIterator<Item = (&'p str, &'p Page)>) -> String {
-    let mut body = String::from(
-        "<h1>Material sheets</h1><p>Mean ΔE2000 of the best Beckmann, GGX and glTF material against \
+    let mut body = format!(
+        "<h1>Material sheets</h1><p><a href=\"{}\">Look at the materials from all sides</a></p><p>Mean ΔE2000 of the best Beckmann, GGX and glTF material against \
          the measured one, on a ball under the same lights.</p><div class=\"scroll\"><table>\
          <tr><th>material</th><th></th><th>Beckmann</th><th>GGX</th><th>glTF</th><th>albedo &gt; 1 from</th></tr>",
+        view::FILE
     );
     for (file, page) in pages {
         let name = escape(&page.name);

@@ -15,8 +15,8 @@ use crate::brdf::{Brdf, Lobe, MaskingKind, Reflectance, SgdBrdf};
 use crate::fit::{gltf, mixture, one_lobe};
 use crate::lut::decode::{Lookup, LutBrdf, VolumeBrdf};
 use crate::lut::{BakeError, Baked, Depth, Depths, Extent, Quantity, Request, bake};
-use crate::material::{LobeParams, Material};
-use crate::microfacet::{Accuracy, BeckmannMixture};
+use crate::material::Material;
+use crate::microfacet::{Accuracy, BeckmannMixture, Family};
 use crate::report::deviation::{Deviation, Yardstick};
 use crate::report::front::margins;
 use crate::report::stopwatch::{Job, Patience, Timing, measure};
@@ -45,7 +45,7 @@ pub struct Measured {
     pub preparation_ms: f64,
     /// Error against exact f64.
     pub error: Deviation,
-    /// Whether it is on the Pareto front of time and largest error: `margin` > 1.
+    /// True on the Pareto front of time and largest error: `margin` > 1.
     pub front: bool,
     /// Its time ratio over the limit that comes nearest to pushing it off, see [`margins`]; null in
     /// JSON where no other method can.
@@ -82,7 +82,7 @@ impl MethodFamily {
     }
 }
 
-/// How thoroughly to measure.
+/// The thoroughness of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// Fewer methods and rounds: seconds per material.
@@ -105,8 +105,11 @@ pub fn speed_error(material: &Material, effort: Effort) -> Result<SpeedError, Ba
     let rounds = measure(methods.iter().map(|m| m.job(&pairs)).collect(), effort.patience());
     let margins = margins(&rounds, &errors.iter().map(|error| error.max).collect::<Vec<_>>());
     let figures = rounds.timings().into_iter().zip(errors).zip(margins);
-    let measured = |(m, ((time, error), margin)): (&Method, _)| m.measured(time, error, margin);
-    let methods = methods.iter().zip(figures).map(measured).collect();
+    let methods = methods
+        .iter()
+        .zip(figures)
+        .map(|(method, ((time, error), margin))| method.measured(time, error, margin))
+        .collect();
     Ok(SpeedError { material: material.name.clone(), methods })
 }
 
@@ -165,8 +168,12 @@ const fn numbers(count: usize) -> usize {
 /// Numbers that describe a material: ρd of three colours; α and p of each lobe, and ρs, f0 and f1
 /// of each colour that it reflects.
 fn exact_parameters(material: &Material) -> usize {
-    let colours = |lobe: &LobeParams| lobe.rho_s().iter().filter(|rho_s| **rho_s > 0.0).count();
-    3 + material.lobes().iter().map(|lobe| 2 + 3 * colours(lobe)).sum::<usize>()
+    let mut numbers = 3;
+    for lobe in material.lobes() {
+        let colours = lobe.rho_s().iter().filter(|rho_s| **rho_s > 0.0).count();
+        numbers += 2 + 3 * colours;
+    }
+    numbers
 }
 
 /// The same with λ, c and k of each lobe.
@@ -190,52 +197,35 @@ fn methods(material: &Material, effort: Effort) -> Result<Vec<Method>, BakeError
 }
 
 fn formulas(material: &Material) -> Vec<Method> {
-    let exact = |digits: &str, prepare: &dyn Fn() -> SgdBrdf| {
-        let name = format!("f64 exact, {digits}");
-        Method::new(&name, MethodFamily::Formula, numbers(exact_parameters(material)), || {
-            pair_by_pair(prepare())
-        })
-    };
-    let with = |accuracy| SgdBrdf::with_accuracy(material, MaskingKind::Exact, accuracy);
+    let exact = numbers(exact_parameters(material));
+    let fitted = numbers(fitted_parameters(material));
     vec![
-        exact("1e-13", &|| with(Accuracy::Reference)),
-        exact("1e-6", &|| with(Accuracy::Picture)),
-        Method::new(
-            "f64 exact, 1e-3",
-            MethodFamily::Formula,
-            numbers(exact_parameters(material)),
-            || pair_by_pair(coarse(material, 1e-3)),
-        ),
-        Method::new(
-            "f64 fitted",
-            MethodFamily::Formula,
-            numbers(fitted_parameters(material)),
-            || pair_by_pair(SgdBrdf::new(material, MaskingKind::Fitted)),
-        ),
-        Method::new(
-            "f32 exact",
-            MethodFamily::Formula,
-            numbers(exact_parameters(material)) / 2,
-            || pair_by_pair(OneByOne(SgdBatch::new(material, MaskingKind::Exact))),
-        ),
-        Method::new(
-            "f32 fitted",
-            MethodFamily::Formula,
-            numbers(fitted_parameters(material)) / 2,
-            || pair_by_pair(OneByOne(SgdBatch::new(material, MaskingKind::Fitted))),
-        ),
+        Method::formula("f64 exact, 1e-13", exact, || {
+            SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Reference)
+        }),
+        Method::formula("f64 exact, 1e-6", exact, || {
+            SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Picture)
+        }),
+        Method::formula("f64 exact, 1e-3", exact, || coarse(material, 1e-3)),
+        Method::formula("f64 fitted", fitted, || SgdBrdf::new(material, MaskingKind::Fitted)),
+        Method::formula("f32 exact", exact / 2, || {
+            OneByOne(SgdBatch::new(material, MaskingKind::Exact))
+        }),
+        Method::formula("f32 fitted", fitted / 2, || {
+            OneByOne(SgdBatch::new(material, MaskingKind::Fitted))
+        }),
     ]
 }
 
 /// SGD through Beckmann mixtures so short that masking is within `accuracy` of the exact one.
 fn coarse(material: &Material, accuracy: f64) -> Brdf<BeckmannMixture> {
-    let lobe = |params: &LobeParams| Lobe {
+    let lobes = material.lobes().iter().map(|params| Lobe {
         distribution: BeckmannMixture::new(params.alpha(), params.p(), accuracy),
         fitted: None,
         rho_s: params.rho_s(),
         fresnel: fresnel(params),
-    };
-    Brdf { rho_d: material.rho_d(), lobes: material.lobes().iter().map(lobe).collect() }
+    });
+    Brdf { rho_d: material.rho_d(), lobes: lobes.collect() }
 }
 
 /// The f32 kernel called for each pair by itself.
@@ -252,15 +242,16 @@ fn batches(material: &Material) -> Vec<Method> {
         (MaskingKind::Exact, "exact", exact_parameters(material)),
         (MaskingKind::Fitted, "fitted", fitted_parameters(material)),
     ];
-    let method = |set: InstructionSet| {
-        kinds.map(|(kind, name, parameters)| {
+    let mut methods = Vec::new();
+    for set in InstructionSet::available() {
+        for (kind, name, parameters) in kinds {
             let name = format!("batch {name}, {}", set.name());
-            Method::new(&name, MethodFamily::Batch, numbers(parameters) / 2, || {
+            methods.push(Method::new(&name, MethodFamily::Batch, numbers(parameters) / 2, || {
                 Evaluator::Slices(SgdBatch::new(material, kind).with_instruction_set(set))
-            })
-        })
-    };
-    InstructionSet::available().flat_map(method).collect()
+            }));
+        }
+    }
+    methods
 }
 
 /// Bakes some quantities of one material.
@@ -284,18 +275,17 @@ fn tables(material: &Material, width: usize, depth: Depth) -> Result<Vec<Method>
     let start = Instant::now();
     let baked = baked(material, &FACTORS, width, depth)?;
     let preparation = start.elapsed();
-    let lookups = [(Lookup::Nearest, "nearest"), (Lookup::Filtered, "filtered")];
-    let method = |(lookup, how): (Lookup, &str)| {
-        let lut = LutBrdf::new(&baked, 0, lookup)?;
-        Some(Method {
+    let mut methods = Vec::new();
+    for (lookup, how) in [(Lookup::Nearest, "nearest"), (Lookup::Filtered, "filtered")] {
+        methods.extend(LutBrdf::new(&baked, 0, lookup).map(|lut| Method {
             name: format!("table {width} {}, {how}", depth.name()),
             family: MethodFamily::Table,
             bytes: lut.bytes(),
             preparation,
             evaluator: pair_by_pair(lut),
-        })
-    };
-    Ok(lookups.into_iter().filter_map(method).collect())
+        }));
+    }
+    Ok(methods)
 }
 
 fn volume(material: &Material, size: usize) -> Result<Option<Method>, BakeError> {
@@ -311,31 +301,25 @@ fn volume(material: &Material, size: usize) -> Result<Option<Method>, BakeError>
 }
 
 fn fits(material: &Material, effort: Effort) -> Vec<Method> {
-    // ρd, α and three Fresnel numbers per channel.
-    let one_lobe = |family, name: &str| {
+    // ρd of each colour, ρs, f0, f1 of each colour of a lobe; a width and its weights per component.
+    let lobes = material.lobes().len();
+    let gltf = Method::new("glTF", MethodFamily::Fit, numbers(11), || {
+        pair_by_pair(gltf::fit(material).material)
+    });
+    let engines = [(Family::Beckmann, "Beckmann"), (Family::Ggx, "GGX")].map(|(family, name)| {
+        // ρd, α and three Fresnel numbers per channel.
         Method::new(name, MethodFamily::Fit, numbers(15), || {
             pair_by_pair(one_lobe::fit(material, family).per_channel.brdf())
         })
-    };
-    // ρd of each colour, ρs, f0, f1 of each colour of a lobe; a width and its weights per component.
-    let lobes = material.lobes().len();
-    let mixture = |count: &usize| {
+    });
+    let mixtures = effort.component_counts().iter().map(|count| {
         let name = format!("{count} Beckmann");
         let bytes = numbers(exact_parameters(material) - 2 * lobes + (1 + lobes) * count);
         Method::new(&name, MethodFamily::Fit, bytes, || {
             let mixture = mixture::best_picture(material, *count);
             pair_by_pair(Brdf::of_mixture(material, &mixture))
         })
-    };
-    let gltf = Method::new("glTF", MethodFamily::Fit, numbers(11), || {
-        pair_by_pair(gltf::fit(material).material)
     });
-    let families = [
-        (crate::microfacet::Family::Beckmann, "Beckmann"),
-        (crate::microfacet::Family::Ggx, "GGX"),
-    ];
-    let engines = families.map(|(family, name)| one_lobe(family, name));
-    let mixtures = effort.component_counts().iter().map(mixture);
     engines.into_iter().chain([gltf]).chain(mixtures).collect()
 }
 
@@ -354,6 +338,15 @@ impl Method {
         let start = Instant::now();
         let evaluator = prepare();
         Self { name: name.to_owned(), family, bytes, preparation: start.elapsed(), evaluator }
+    }
+
+    /// A formula of `bytes` parameters that is evaluated pair by pair.
+    fn formula<R: Reflectance + 'static>(
+        name: &str,
+        bytes: usize,
+        prepare: impl FnOnce() -> R,
+    ) -> Self {
+        Self::new(name, MethodFamily::Formula, bytes, || pair_by_pair(prepare()))
     }
 
     fn reflectance(&self) -> &dyn Reflectance {
@@ -413,11 +406,12 @@ const PAIRS: usize = 128;
 impl Hemisphere {
     fn new() -> Self {
         let mut rng = Pcg64Mcg::seed_from_u64(1);
-        let mut direction = || cosine_sample(rng.random());
-        let rows: Vec<[DVec3; 2]> = (0..PAIRS).map(|_| [direction(), direction()]).collect();
-        let column =
-            |side: usize, axis: usize| rows.iter().map(|pair| pair[side][axis] as f32).collect();
-        let columns = [0, 1].map(|side| [0, 1, 2].map(|axis| column(side, axis)));
+        let rows: Vec<[DVec3; 2]> = (0..PAIRS)
+            .map(|_| [cosine_sample(rng.random()), cosine_sample(rng.random())])
+            .collect();
+        let columns = [0, 1].map(|side| {
+            [0, 1, 2].map(|axis| rows.iter().map(|pair| pair[side][axis] as f32).collect())
+        });
         Self { rows, columns }
     }
 

@@ -70,24 +70,12 @@ const SMALLEST_ERROR: f64 = 1e-14;
 /// Time against largest error of a material's methods, the front drawn: a complete SVG file.
 #[must_use]
 pub fn picture(report: &SpeedError) -> String {
-    let at = |m: &Measured| [m.time.median_ns, m.error.max.max(SMALLEST_ERROR)];
-    let mut front: Vec<[f64; 2]> = report.methods.iter().filter(|m| m.front).map(at).collect();
+    let mut front: Vec<[f64; 2]> = report.methods.iter().filter(|m| m.front).map(place).collect();
     front.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let mark = |m: &Measured| Mark {
-        class: format!("{}{}", m.family.name(), if m.front { " front" } else { "" }),
-        at: at(m),
-        label: m.method.clone(),
-        always_named: m.front,
-    };
     // The front's labels are placed first, beside their points.
     let (first, rest): (Vec<&Measured>, Vec<&Measured>) =
         report.methods.iter().partition(|m| m.front);
-    let places = || report.methods.iter().map(at);
-    let family = |family: MethodFamily| Key {
-        shown: Shown::Point,
-        class: family.name(),
-        label: family.name(),
-    };
+    let places: Vec<[f64; 2]> = report.methods.iter().map(place).collect();
     let step =
         Key { shown: Shown::Line, class: "front", label: "front: the least error in the time" };
     let chart = Chart {
@@ -95,19 +83,38 @@ pub fn picture(report: &SpeedError) -> String {
         size: [800.0, 580.0],
         x: Axis::decades(
             "ns per RGB evaluation",
-            places().map(|[time, _]| time).fold(f64::INFINITY, f64::min),
-            places().map(|[time, _]| time).fold(0.0, f64::max),
+            places.iter().map(|[time, _]| *time).fold(f64::INFINITY, f64::min),
+            places.iter().map(|[time, _]| *time).fold(0.0, f64::max),
         ),
         y: Axis::decades(
             "largest error, relative to the largest f·cosθi of the same wo",
             SMALLEST_ERROR,
-            places().map(|[_, error]| error).fold(1.0, f64::max),
+            places.iter().map(|[_, error]| *error).fold(1.0, f64::max),
         ),
         curves: vec![Curve { class: "front".to_owned(), points: stairs(&front) }],
         marks: first.into_iter().chain(rest).map(mark).collect(),
-        key: MethodFamily::ALL.map(family).into_iter().chain([step]).collect(),
+        key: MethodFamily::ALL
+            .map(|family| Key { shown: Shown::Point, class: family.name(), label: family.name() })
+            .into_iter()
+            .chain([step])
+            .collect(),
     };
     chart.file(STYLE)
+}
+
+/// A method's place in the chart.
+fn place(m: &Measured) -> [f64; 2] {
+    [m.time.median_ns, m.error.max.max(SMALLEST_ERROR)]
+}
+
+/// A method's point in the chart.
+fn mark(m: &Measured) -> Mark {
+    Mark {
+        class: format!("{}{}", m.family.name(), if m.front { " front" } else { "" }),
+        at: place(m),
+        label: m.method.clone(),
+        always_named: m.front,
+    }
 }
 
 /// From each point level to the next one's time, then down to its error.

@@ -2,7 +2,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::scene::{
     Scene, SceneError, Source,
@@ -20,6 +20,30 @@ impl Scene {
         let mut parts = Parts::new();
         parts.insert("materials".into(), json!([{"name": "ball"}]));
         build::scene(vec![mesh], parts, Source::Built(None))
+    }
+}
+
+impl Scene {
+    /// Unit spheres as [`Scene::ball`], one for each of `slots`: nodes of their own that share one
+    /// geometry, all in the origin.
+    ///
+    /// # Errors
+    /// None for the sizes that fit into a .glb.
+    pub fn balls(segments: u16, slots: &[&str]) -> Result<Self, SceneError> {
+        let ball = Self::ball(segments)?;
+        let mut document: Value = serde_json::from_str(&ball.text)?;
+        let primitive = document["meshes"][0]["primitives"][0].take();
+        let mesh = |(index, slot): (usize, &&str)| {
+            let mut primitive = primitive.clone();
+            primitive["material"] = index.into();
+            json!({"name": slot, "primitives": [primitive]})
+        };
+        document["meshes"] = slots.iter().enumerate().map(mesh).collect();
+        let node = |(index, slot): (usize, &&str)| json!({"name": slot, "mesh": index});
+        document["nodes"] = slots.iter().enumerate().map(node).collect();
+        document["materials"] = slots.iter().map(|slot| json!({"name": slot})).collect();
+        document["scenes"][0]["nodes"] = (0..slots.len()).collect();
+        Self::new(document.to_string(), ball.bin, None, Source::Built(None))
     }
 }
 
@@ -56,4 +80,20 @@ fn ball(rows: u32) -> Surface {
 fn direction(theta: f32, phi: f32, pole: bool) -> [f32; 3] {
     let sin = if pole { 0.0 } else { theta.sin() };
     [sin * phi.sin(), theta.cos(), sin * phi.cos()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Slot;
+
+    #[test]
+    fn balls_share_their_geometry() {
+        let one = Scene::ball(8).expect("a small scene").counts();
+        let three = Scene::balls(8, &["a", "b", "a"]).expect("a small scene");
+        let names: Vec<String> = three.slots().iter().map(Slot::label).collect();
+        assert_eq!(names.len(), 3);
+        assert_eq!(three.counts().buffer_bytes, one.buffer_bytes);
+        assert_eq!((three.counts().nodes, three.counts().triangles), (3, 3 * one.triangles));
+    }
 }

@@ -26,7 +26,7 @@ pub(super) struct Mesh {
     pub surfaces: Vec<Surface>,
 }
 
-/// Parts of a document beside the meshes: `materials`, `textures`, `images`.
+/// Parts of a document other than the meshes: `materials`, `textures`, `images`.
 pub(super) type Parts = Map<String, Value>;
 
 /// One node per mesh; one buffer view per attribute and surface, planar, so that every accessor is

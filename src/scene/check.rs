@@ -1,4 +1,4 @@
-//! What must hold in a document before anything relies on it: indices exist, sizes fit, nodes form
+//! Checks of a document before anything relies on it: indices exist, sizes fit, nodes form
 //! a forest. Nothing is decoded and nothing allocated by a claimed size.
 
 use std::fmt::Display;

@@ -9,7 +9,7 @@ use crate::scene::SceneError;
 pub enum Container {
     /// One binary file; textures are embedded.
     Glb,
-    /// A JSON file with other files beside it.
+    /// A JSON file, with buffers and textures in files of their own.
     Gltf,
 }
 

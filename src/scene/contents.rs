@@ -24,7 +24,7 @@ pub struct Contents {
     /// The rest of a scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<SceneContent>,
-    /// Remarks on the file that are no error.
+    /// Remarks on the file that are not errors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
 }
@@ -53,10 +53,10 @@ pub struct MaterialContent {
     pub slot: Option<String>,
 }
 
-/// The parts of a scene that are no measured material.
+/// The parts of a scene other than measured materials.
 #[derive(Debug, Serialize)]
 pub struct SceneContent {
-    /// How many of each kind.
+    /// The number of each kind.
     #[serde(flatten)]
     pub counts: Counts,
     /// The document's `extensionsUsed`.
@@ -76,7 +76,7 @@ pub struct SlotContent {
     pub meshes: Vec<String>,
     /// Triangles that use it.
     pub triangles: u64,
-    /// Whether anything uses it.
+    /// True if anything uses it.
     pub used: bool,
 }
 
@@ -86,6 +86,16 @@ pub enum ContentsError {
     /// The file cannot be read.
     #[error(transparent)]
     Io(#[from] io::Error),
+    /// The file is larger than any that this program writes.
+    #[error("found {found} bytes; {kind} has at most {most}")]
+    Size {
+        /// What the name says that the file is.
+        kind: &'static str,
+        /// Its bytes.
+        found: u64,
+        /// The most that are read.
+        most: u64,
+    },
     /// A texture without a readable entry.
     #[error(transparent)]
     Texture(#[from] EntryError),
@@ -97,6 +107,11 @@ pub enum ContentsError {
     Scene(#[from] SceneError),
 }
 
+/// Bytes of the largest texture that a bake writes, 16384² texels of three floats, with its header.
+const MAX_TEXTURE_BYTES: u64 = 12 * 16384 * 16384 + (64 << 20);
+/// Bytes of a manifest of the most rows, each with a name of the longest.
+const MAX_MANIFEST_BYTES: u64 = 1 << 30;
+
 impl Contents {
     /// Reads the contents of a file: a texture by its first bytes or its name, a manifest by its
     /// name, else a scene.
@@ -105,16 +120,26 @@ impl Contents {
     /// A file that cannot be read, or is damaged.
     pub fn read(path: &Path) -> Result<Self, ContentsError> {
         // Opening a pipe would wait for a writer.
-        if !fs::metadata(path)?.is_file() {
+        let metadata = fs::metadata(path)?;
+        if !metadata.is_file() {
             return Err(ContentsError::Scene(SceneError::NotAFile));
         }
+        let at_most = |most: u64, kind: &'static str| match metadata.len() {
+            found if found > most => Err(ContentsError::Size { kind, found, most }),
+            _ => Ok(()),
+        };
         let mut start = Vec::new();
         fs::File::open(path)?.take(12).read_to_end(&mut start)?;
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
-        if Format::of(&start).is_some() || ending.parse::<Format>().is_ok() {
+        if Format::of(&start).is_some() {
+            at_most(MAX_TEXTURE_BYTES, "a texture")?;
             return Ok(Self::of_texture(&fs::read(path)?)?);
         }
+        if ending.parse::<Format>().is_ok() {
+            return Ok(Self::of_texture(&start)?);
+        }
         if ending == "json" {
+            at_most(MAX_MANIFEST_BYTES, "a manifest")?;
             return Ok(Self::of_manifest(&fs::read_to_string(path)?)?);
         }
         Ok(Self::of_scene(&Scene::open(path)?))
@@ -140,13 +165,16 @@ impl Contents {
     /// Another kind of file, a damaged one, or one without an entry.
     pub fn of_texture(bytes: &[u8]) -> Result<Self, EntryError> {
         let entry = read_entry(bytes)?;
-        let material = |(index, name): (usize, &String)| MaterialContent {
+        let materials = entry.rows.iter().enumerate().map(|(index, name)| MaterialContent {
             name: name.clone(),
             row: Some(entry.row.unwrap_or(index)),
             slot: None,
-        };
-        let materials = entry.rows.iter().enumerate().map(material).collect();
-        Ok(Self { materials, textures: vec![entry], ..Self::empty(Kind::Texture) })
+        });
+        Ok(Self {
+            materials: materials.collect(),
+            textures: vec![entry],
+            ..Self::empty(Kind::Texture)
+        })
     }
 
     /// The contents of a scene.

@@ -4,6 +4,8 @@ use std::io;
 
 use thiserror::Error;
 
+use crate::asset::ExtrasError;
+
 /// Why a scene cannot be read, assigned or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -61,6 +63,16 @@ pub enum SceneError {
         pattern: String,
         /// Names of the slots there are.
         slots: Vec<String>,
+    },
+    /// Parameters in a material's extras that cannot be read.
+    #[error("materials[{index}] {name:?}: {source}")]
+    Extras {
+        /// The material's index.
+        index: usize,
+        /// Its name.
+        name: String,
+        /// The problem.
+        source: ExtrasError,
     },
     /// More bytes than a .glb can hold.
     #[error("{0} bytes are more than a .glb can hold (4 GiB); write a .gltf")]

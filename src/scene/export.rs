@@ -38,7 +38,7 @@ pub struct OutputFile {
     pub path: PathBuf,
     /// Its content, to be concatenated.
     pub pieces: Vec<Bytes>,
-    /// Whether it is a file of the input, unchanged.
+    /// True for a file of the input, unchanged.
     pub copy: bool,
 }
 
@@ -55,41 +55,51 @@ impl Scene {
         assigned: &[(SlotId, &Asset)],
         target: &Path,
     ) -> Result<Export, SceneError> {
-        let container = Container::of(target)?;
-        let mut job = Job {
-            scene: self,
-            container,
-            stem: target.file_stem().and_then(OsStr::to_str).unwrap_or("scene").to_owned(),
-            folder: target.parent().unwrap_or(Path::new("")).to_owned(),
-            draft: Draft::new(&self.text, self.bin.as_ref())?,
-            files: Vec::new(),
-            names: HashSet::new(),
-            stored: HashMap::new(),
-            warnings: Vec::new(),
-        };
-        let replaced = replaced(assigned);
-        job.resources(&replaced)?;
-        job.convert(&replaced)?;
+        let mut job = Job::new(self, target, &replaced(assigned))?;
         job.assign(assigned)?;
         job.finish(target, !assigned.is_empty())
     }
 }
 
-struct Job<'s> {
+/// A scene on its way to its files.
+pub(super) struct Job<'s> {
     scene: &'s Scene,
     container: Container,
     stem: String,
     folder: PathBuf,
-    draft: Draft<'s>,
+    pub draft: Draft<'s>,
     files: Vec<OutputFile>,
-    /// File names taken beside the target.
+    /// File names in the target's folder that are taken.
     names: HashSet<PathBuf>,
     /// Where the bytes of a texture went: its buffer view or its address.
     stored: HashMap<*const u8, Location>,
-    warnings: Vec<String>,
+    pub warnings: Vec<String>,
 }
 
-impl Job<'_> {
+impl<'s> Job<'s> {
+    /// The scene in the target's container; the materials in `replaced` get another extension.
+    pub fn new(
+        scene: &'s Scene,
+        target: &Path,
+        replaced: &BTreeSet<usize>,
+    ) -> Result<Self, SceneError> {
+        let container = Container::of(target)?;
+        let mut job = Self {
+            scene,
+            container,
+            stem: target.file_stem().and_then(OsStr::to_str).unwrap_or("scene").to_owned(),
+            folder: target.parent().unwrap_or(Path::new("")).to_owned(),
+            draft: Draft::new(&scene.text, scene.bin.as_ref())?,
+            files: Vec::new(),
+            names: HashSet::new(),
+            stored: HashMap::new(),
+            warnings: Vec::new(),
+        };
+        job.resources(replaced)?;
+        job.convert(replaced)?;
+        Ok(job)
+    }
+
     /// Files of the scene that stay files are copied along, unless they lie there already.
     fn resources(&mut self, replaced: &BTreeSet<usize>) -> Result<(), SceneError> {
         let mut resources = self.scene.extension_files(replaced)?;
@@ -120,7 +130,7 @@ impl Job<'_> {
         if self.folder == Path::new("") { Path::new(".") } else { &self.folder }
     }
 
-    /// Returns whether files beside the input move into the target.
+    /// Returns whether the input's files move into the target.
     fn embeds(&self) -> bool {
         self.container == Container::Glb
             && !matches!(self.scene.source, Source::File(Container::Glb, _))
@@ -292,8 +302,7 @@ impl Job<'_> {
         let mut mark = Some(fingerprint::PLACEHOLDER.to_owned());
         for (slot, asset) in assigned {
             let mark = mark.take();
-            let textures: Vec<_> =
-                asset.textures.iter().map(|t| self.attach(t)).collect::<Result<_, _>>()?;
+            let textures = self.attach_all(asset)?;
             match slot {
                 SlotId::Material(index) => {
                     let warnings = &mut self.warnings;
@@ -317,8 +326,9 @@ impl Job<'_> {
     /// Primitives without a material get the one at `index`.
     fn assign_bare_primitives(&mut self, index: usize) -> Result<(), SceneError> {
         for (at, mesh) in self.scene.outline.meshes.iter().enumerate() {
-            let bare = |i: &usize| mesh.primitives[*i].material.is_none();
-            let bare: Vec<usize> = (0..mesh.primitives.len()).filter(bare).collect();
+            let bare: Vec<usize> = (0..mesh.primitives.len())
+                .filter(|i| mesh.primitives[*i].material.is_none())
+                .collect();
             if bare.is_empty() {
                 continue;
             }
@@ -336,6 +346,11 @@ impl Job<'_> {
             })?;
         }
         Ok(())
+    }
+
+    /// The extension's entries for the textures of an asset.
+    pub fn attach_all(&mut self, asset: &Asset) -> Result<Vec<TextureEntry>, SceneError> {
+        asset.textures.iter().map(|texture| self.attach(texture)).collect()
     }
 
     /// The extension's entry for a texture whose bytes are stored with the scene, once.
@@ -366,7 +381,7 @@ impl Job<'_> {
         }
     }
 
-    /// A free file name beside the target: its stem, a number where that is taken, `ending`.
+    /// A free file name in the target's folder: its stem, a number where that is taken, `ending`.
     fn name(&mut self, ending: &str) -> String {
         let names = std::iter::once(format!("{}.{ending}", self.stem))
             .chain((2..).map(|n| format!("{}-{n}.{ending}", self.stem)));
@@ -376,7 +391,7 @@ impl Job<'_> {
         name
     }
 
-    fn finish(mut self, target: &Path, assigned: bool) -> Result<Export, SceneError> {
+    pub fn finish(mut self, target: &Path, assigned: bool) -> Result<Export, SceneError> {
         let (text, bin) = self.draft.finish()?;
         let text = if assigned { fingerprint::mark(text) } else { text };
         let pieces = match self.container {
@@ -405,19 +420,27 @@ pub(super) fn mime(path: &Path) -> Option<&'static str> {
 
 /// The first `length` bytes of the pieces.
 fn start(pieces: Vec<Bytes>, mut length: u64) -> Vec<Bytes> {
-    let cut = |piece: Bytes| {
+    let mut start = Vec::with_capacity(pieces.len());
+    for piece in pieces {
         let part = piece.len().min(length);
+        if part > 0 {
+            start.push(piece.slice(0..part));
+        }
         length -= part;
-        (part > 0).then(|| piece.slice(0..part))
-    };
-    pieces.into_iter().filter_map(cut).collect()
+    }
+    start
 }
 
 fn decode_data_uri(uri: &str) -> Result<Bytes, SceneError> {
     let content = uri.split_once(";base64,").map(|(_, content)| content);
     let bytes = content.and_then(|content| BASE64_STANDARD.decode(content).ok());
-    let invalid = || SceneError::Invalid("buffers[0].uri".into(), "is no base64 data URI".into());
-    Ok(bytes.ok_or_else(invalid)?.into())
+    match bytes {
+        Some(bytes) => Ok(bytes.into()),
+        None => {
+            let problem = "is not a base64 data URI".to_owned();
+            Err(SceneError::Invalid("buffers[0].uri".to_owned(), problem))
+        }
+    }
 }
 
 impl OutputFile {

@@ -62,11 +62,14 @@ impl Glb {
         let mut text = Vec::new();
         Read::by_ref(&mut file).take(json.1).read_to_end(&mut text)?;
         let path: Arc<Path> = path.into();
-        let span = |(offset, length)| Bytes::Span { path: path.clone(), offset, length };
         Ok(Glb {
             json: String::from_utf8(text).map_err(|_| SceneError::Utf8)?,
-            bin: bin.map(span),
-            rest: (rest < size).then(|| span((rest, size - rest))),
+            bin: bin.map(|(offset, length)| Bytes::Span { path: path.clone(), offset, length }),
+            rest: (rest < size).then(|| Bytes::Span {
+                path: path.clone(),
+                offset: rest,
+                length: size - rest,
+            }),
         })
     }
 }

@@ -4,14 +4,14 @@ use std::collections::HashMap;
 
 use serde_json::{Value, json};
 
-use crate::asset::{Asset, EXTENSION, Extension, Extras};
+use crate::asset::{Asset, EXTENSION, Extension, Extras, MaterialEntry};
 use crate::encode::TextureEntry;
 use crate::scene::text::{Pieces, quote};
 
 pub(super) const SPECULAR: &str = "KHR_materials_specular";
 pub(super) const CLEARCOAT: &str = "KHR_materials_clearcoat";
 
-/// Material extensions that describe reflection or transmission themselves: beside the fit they
+/// Material extensions that describe reflection or transmission themselves: with the fit they
 /// would bend it, so they are taken out. `KHR_materials_ior` is among them because the fit's F0 is
 /// meant at the default index 1.5. Emission, levels of detail and all unknown extensions stay.
 pub(super) const REFLECTION: [&str; 14] = [
@@ -64,6 +64,22 @@ pub(super) fn replace(
     Ok(material.to_text())
 }
 
+/// The text of the material `raw` with the extension alone set to that of `entry`.
+pub(super) fn restore(
+    raw: &str,
+    entry: &MaterialEntry,
+    textures: Vec<TextureEntry>,
+    document: Option<String>,
+) -> serde_json::Result<String> {
+    let mut material = Pieces::object(raw)?;
+    let mut extensions = Pieces::object(material.get("extensions").unwrap_or("{}"))?;
+    extensions.remove(EXTENSION);
+    extensions.set(EXTENSION, body(entry, textures, document)?);
+    let extensions = extensions.to_text();
+    material.set("extensions", extensions);
+    Ok(material.to_text())
+}
+
 /// The addresses of the textures in the extension's body.
 pub(super) fn lookup_uris(body: &Value) -> impl Iterator<Item = &str> {
     let textures = body["textures"].as_array().into_iter().flatten();
@@ -108,7 +124,7 @@ pub(super) fn without_extension(raw: &str) -> serde_json::Result<String> {
     Ok(material.to_text())
 }
 
-/// What the replacement of the material `raw` loses that its owner may miss.
+/// Warnings about parts of the material `raw` that its replacement loses.
 pub(super) fn losses(raw: &str) -> serde_json::Result<Vec<&'static str>> {
     let material = Pieces::object(raw)?;
     let reflection = Pieces::object(material.get("pbrMetallicRoughness").unwrap_or("{}"))?;
@@ -117,7 +133,7 @@ pub(super) fn losses(raw: &str) -> serde_json::Result<Vec<&'static str>> {
     let no_room = material.get("extras").is_some_and(|extras| !extras.starts_with('{'));
     let losses = [
         cut_out.then_some("its alpha came from the base colour texture, which goes"),
-        no_room.then_some("its extras are no object, so extras.sgd is left out"),
+        no_room.then_some("its extras are not an object, so extras.sgd is left out"),
     ];
     Ok(losses.into_iter().flatten().collect())
 }
@@ -167,10 +183,19 @@ fn extensions(
         };
         extensions.set(name, body);
     }
-    let mut body = Extension::new(&asset.material, textures);
-    body.document = document;
-    extensions.set(EXTENSION, serde_json::to_string(&body)?);
+    extensions.set(EXTENSION, body(&asset.material, textures, document)?);
     Ok(extensions.to_text())
+}
+
+/// The text of the extension's body.
+fn body(
+    material: &MaterialEntry,
+    textures: Vec<TextureEntry>,
+    document: Option<String>,
+) -> serde_json::Result<String> {
+    let mut body = Extension::new(material, textures);
+    body.document = document;
+    serde_json::to_string(&body)
 }
 
 /// `extras` with `sgd` in it; `None` where `extras` is not an object.
@@ -180,6 +205,6 @@ fn extras(raw: Option<&str>, asset: &Asset) -> serde_json::Result<Option<String>
         return Ok(None);
     }
     let mut extras = Pieces::object(raw)?;
-    extras.set("sgd", serde_json::to_string(&Extras::new(&asset.material.parameters))?);
+    extras.set("sgd", serde_json::to_string(&Extras::new(&asset.material))?);
     Ok(Some(extras.to_text()))
 }

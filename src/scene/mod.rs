@@ -32,6 +32,7 @@ mod obj;
 mod outline;
 mod prune;
 mod resource;
+mod restore;
 mod slot;
 mod text;
 mod triangles;
@@ -66,7 +67,7 @@ use resource::Resource;
 use text::Pieces;
 use walk::Member;
 
-/// How much of what a scene has.
+/// The number of each kind of thing in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// Meshes.
@@ -92,6 +93,16 @@ pub struct Counts {
 }
 
 /// A scene as a glTF document.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::Scene;
+///
+/// let scene = Scene::ball(8)?; // or Scene::open("chair.glb".as_ref())?
+/// assert_eq!(scene.slots()[0].name.as_deref(), Some("ball"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Scene {
     /// The JSON text, character for character.
@@ -179,7 +190,7 @@ impl Scene {
         slot::slots(&self.outline)
     }
 
-    /// How much there is of what.
+    /// The number of each kind of thing.
     pub fn counts(&self) -> Counts {
         let outline = &self.outline;
         let triangles = self.slots().iter().fold(0u64, |n, slot| n.saturating_add(slot.triangles));
@@ -232,8 +243,8 @@ impl Scene {
     }
 
     /// Files that extensions name by a member `uri`, but for those of the replaced materials.
-    /// What an unknown extension means by one is not known: what is no file within the scene's
-    /// folder is passed over.
+    /// An unknown extension may use the key for something else, so an address that is not a file in
+    /// the scene's folder is passed over.
     fn extension_files(&self, replaced: &BTreeSet<usize>) -> serde_json::Result<Vec<Resource>> {
         let mut uris = BTreeSet::new();
         let mut take = |member: &Member<'_>| {
@@ -253,11 +264,8 @@ impl Scene {
                 false => walk::visit(raw, &mut take),
             }
         }
-        let there = |uri: String| {
-            let resource = Resource::new(&uri).ok()??;
-            resource.locate(self.folder()).ok().map(|_| resource)
-        };
-        Ok(uris.into_iter().filter_map(there).collect())
+        let resources = uris.iter().filter_map(|uri| Resource::new(uri).ok()?);
+        Ok(resources.filter(|resource| resource.locate(self.folder()).is_ok()).collect())
     }
 
     /// The addresses of lookup textures in materials that are not replaced.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
+use serde_json::value::RawValue;
 
 use crate::scene::SceneError;
 
@@ -63,13 +64,17 @@ pub(super) struct Index(pub u64);
 impl<'de> Deserialize<'de> for Index {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let number = serde_json::Number::deserialize(deserializer)?;
-        let whole = |value: &f64| *value >= 0.0 && value.fract() == 0.0 && *value < 2f64.powi(53);
         number
             .as_u64()
-            .or_else(|| number.as_f64().filter(whole).map(|value| value as u64))
+            .or_else(|| number.as_f64().and_then(whole))
             .map(Index)
-            .ok_or_else(|| serde::de::Error::custom(format!("{number} is no index or count")))
+            .ok_or_else(|| serde::de::Error::custom(format!("{number} is not an index or count")))
     }
+}
+
+/// The whole number that a float stands for; beyond 2⁵³ not every one has a float of its own.
+fn whole(value: f64) -> Option<u64> {
+    (value >= 0.0 && value.fract() == 0.0 && value < 2f64.powi(53)).then_some(value as u64)
 }
 
 /// An object of which only the existence matters.
@@ -81,6 +86,22 @@ pub(super) struct Material {
     pub name: Option<String>,
     #[serde(default)]
     pub extensions: MaterialExtensions,
+    /// As text: another tool's may nest deeper than values are read.
+    pub extras: Option<Box<RawValue>>,
+}
+
+/// The member of extras that holds the parameters.
+#[derive(Debug, Deserialize)]
+struct MaterialExtras {
+    sgd: Option<Box<RawValue>>,
+}
+
+impl Material {
+    /// `extras.sgd`; null where it nests deeper than values are read.
+    pub fn sgd_extras(&self) -> Option<Value> {
+        let extras: MaterialExtras = serde_json::from_str(self.extras.as_deref()?.get()).ok()?;
+        Some(serde_json::from_str(extras.sgd?.get()).unwrap_or_default())
+    }
 }
 
 #[derive(Debug, Default, Deserialize)]

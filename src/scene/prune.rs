@@ -32,10 +32,20 @@ impl Scene {
     /// to be replaced show.
     ///
     /// # Errors
-    /// Materials that are no valid JSON objects.
+    /// Materials that are not valid JSON objects.
     pub fn pruned(self, assigned: &[(SlotId, &Asset)]) -> Result<Self, SceneError> {
         let images = self.unused_images(assigned)?;
-        let released = self.released(&images, assigned);
+        self.without_content(&images, &replaced(assigned))
+    }
+
+    /// The scene without these images, and without the lookup textures that only these materials
+    /// have.
+    pub(super) fn without_content(
+        self,
+        images: &BTreeSet<usize>,
+        replaced: &BTreeSet<usize>,
+    ) -> Result<Self, SceneError> {
+        let released = self.released(images, replaced);
         if images.is_empty() && released.is_empty() {
             return Ok(self);
         }
@@ -61,7 +71,7 @@ impl Scene {
             Some(_) if !images.is_empty() => Some(draft.embed(PIXEL.to_vec().into())?),
             _ => None,
         };
-        for index in &images {
+        for index in images {
             draft.edit("images", *index, |raw| placeholder(raw, pixel))?;
         }
         let (text, bin) = draft.finish()?;
@@ -97,8 +107,7 @@ impl Scene {
     }
 
     /// The buffer view of each image, and of each lookup texture of a replaced material.
-    fn released(&self, images: &BTreeSet<usize>, assigned: &[(SlotId, &Asset)]) -> Vec<u64> {
-        let replaced = replaced(assigned);
+    fn released(&self, images: &BTreeSet<usize>, replaced: &BTreeSet<usize>) -> Vec<u64> {
         let mut views: Vec<u64> = images
             .iter()
             .filter_map(|image| Some(self.outline.images[*image].buffer_view?.0))
@@ -122,19 +131,15 @@ impl Scene {
         }
         let views: BTreeSet<u64> =
             users.into_iter().filter(|(_, count)| *count == 0).map(|(view, _)| view).collect();
-        let ranges = |(index, view): (usize, &crate::scene::outline::BufferView)| {
-            let gone = views.contains(&(index as u64));
-            let own =
-                (view.buffer.0 == 0).then_some((gone, view.byte_offset.0, view.byte_length.0));
+        let mut ranges = Vec::new();
+        for (index, view) in outline.buffer_views.iter().enumerate() {
+            if view.buffer.0 == 0 {
+                let gone = views.contains(&(index as u64));
+                ranges.push((gone, view.byte_offset.0, view.byte_length.0));
+            }
             let compressed = view.extensions.compressed().filter(|c| c.buffer.0 == 0);
-            let compressed = compressed.map(|c| (false, c.byte_offset.0, c.byte_length.0));
-            [own, compressed]
-        };
-        let ranges: Vec<_> =
-            outline.buffer_views.iter().enumerate().flat_map(ranges).flatten().collect();
-        let overlap = |a: &Range<u64>, start: u64, length: u64| {
-            a.start < start.saturating_add(length) && start < a.end
-        };
+            ranges.extend(compressed.map(|c| (false, c.byte_offset.0, c.byte_length.0)));
+        }
         let mut holes: Vec<Range<u64>> = ranges
             .iter()
             .filter(|(gone, ..)| *gone)
@@ -221,6 +226,17 @@ fn without(pieces: &[Bytes], holes: &[Range<u64>]) -> Vec<Bytes> {
     kept
 }
 
+/// Returns whether a range of bytes and another, of `length` bytes, share any.
+fn overlap(a: &Range<u64>, start: u64, length: u64) -> bool {
+    a.start < start.saturating_add(length) && start < a.end
+}
+
+/// The place of a byte once the holes before it are gone.
+fn moved(holes: &[Range<u64>], offset: u64) -> u64 {
+    let before = holes.iter().map(|hole| hole.end.min(offset).saturating_sub(hole.start));
+    offset - before.sum::<u64>()
+}
+
 /// Moves every view of the first buffer down by the holes before it. A view of a hole shrinks to
 /// one byte.
 fn move_views(
@@ -228,16 +244,12 @@ fn move_views(
     outline: &Outline,
     holes: &[Range<u64>],
 ) -> serde_json::Result<()> {
-    let moved = |offset: u64| {
-        let before = holes.iter().map(|hole| hole.end.min(offset).saturating_sub(hole.start));
-        offset - before.sum::<u64>()
-    };
     for (index, view) in outline.buffer_views.iter().enumerate() {
         let raw = views.item(index).unwrap_or("{}").to_owned();
         let mut object = Pieces::object(&raw)?;
         let range = view.byte_offset.0..view.byte_offset.0 + view.byte_length.0;
-        if view.buffer.0 == 0 && moved(range.start) != range.start {
-            object.set("byteOffset", moved(range.start).to_string());
+        if view.buffer.0 == 0 && moved(holes, range.start) != range.start {
+            object.set("byteOffset", moved(holes, range.start).to_string());
         }
         if view.buffer.0 == 0
             && holes.iter().any(|hole| hole.start < range.end && range.start < hole.end)
@@ -246,7 +258,7 @@ fn move_views(
             object.set("byteLength", "1");
         }
         if let Some(c) = view.extensions.compressed().filter(|c| c.buffer.0 == 0) {
-            let offset = moved(c.byte_offset.0).to_string();
+            let offset = moved(holes, c.byte_offset.0).to_string();
             let raw = object.get("extensions").unwrap_or("{}").to_owned();
             let mut extensions = Pieces::object(&raw)?;
             for name in crate::scene::outline::COMPRESSION {

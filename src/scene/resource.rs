@@ -1,6 +1,7 @@
 //! Files that a scene names. Only those within its own folder are followed.
 
 use std::{
+    fmt::Write as _,
     io,
     path::{Component, Path, PathBuf},
 };
@@ -70,7 +71,7 @@ fn refusal(uri: &str) -> Option<&'static str> {
         None if path.components().any(|part| part == Component::ParentDir) => {
             Some("leaves the scene's folder")
         }
-        None if uri.is_empty() || uri.contains('\0') => Some("is no file name"),
+        None if uri.is_empty() || uri.contains('\0') => Some("is not a file name"),
         None => None,
     }
 }
@@ -96,10 +97,15 @@ fn hex(digit: u8) -> Option<u8> {
 
 /// A file name as a URI: every byte that is not unreserved is percent encoded.
 pub(super) fn percent_encode(name: &str) -> String {
-    let keep = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte);
-    name.bytes()
-        .map(|byte| if keep(byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") })
-        .collect()
+    let mut uri = String::with_capacity(name.len());
+    for byte in name.bytes() {
+        if byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte) {
+            uri.push(char::from(byte));
+        } else {
+            let _ = write!(uri, "%{byte:02X}");
+        }
+    }
+    uri
 }
 
 #[cfg(test)]

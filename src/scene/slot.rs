@@ -38,7 +38,7 @@ pub struct Slot {
     pub primitives: usize,
     /// Triangles that use it.
     pub triangles: u64,
-    /// Whether a primitive or a variant of one uses it.
+    /// True if a primitive or a variant of one uses it.
     pub used: bool,
 }
 
@@ -167,13 +167,15 @@ pub fn resolve<'a, T>(
             });
         }
     }
-    let closest = |slot| {
-        let matches = assignments.iter().filter_map(|(pattern, value)| {
-            pattern.closeness(slot).map(|closeness| (closeness, value))
-        });
-        matches.max_by_key(|(closeness, _)| *closeness).map(|(_, value)| value)
-    };
-    Ok(slots.iter().map(closest).collect())
+    Ok(slots.iter().map(|slot| closest(assignments, slot)).collect())
+}
+
+/// The value of the pattern that names a slot most closely.
+fn closest<'a, T>(assignments: &'a [(Pattern, T)], slot: &Slot) -> Option<&'a T> {
+    let matches = assignments
+        .iter()
+        .filter_map(|(pattern, value)| pattern.closeness(slot).map(|closeness| (closeness, value)));
+    matches.max_by_key(|(closeness, _)| *closeness).map(|(_, value)| value)
 }
 
 #[cfg(test)]

@@ -42,8 +42,8 @@ impl Scene {
     }
 
     fn buffer(&self, buffer: &gltf::Buffer<'_>) -> Result<Vec<u8>, SceneError> {
-        let place = || format!("buffers/{}", buffer.index());
-        let absent = |what: &str| SceneError::Invalid(place(), what.to_owned());
+        let place = format!("buffers/{}", buffer.index());
+        let absent = |what: &str| SceneError::Invalid(place.clone(), what.to_owned());
         let uri = match buffer.source() {
             gltf::buffer::Source::Bin => {
                 let pieces = self.bin.as_ref().ok_or_else(|| absent("no BIN chunk"))?;
@@ -82,14 +82,15 @@ fn append(
         || (0..positions.len()).collect(),
         |indices| indices.into_u32().map(|index| index as usize).collect(),
     );
-    let corners = |ids: [usize; 3], of: &[DVec3]| -> Option<[DVec3; 3]> {
-        Some([*of.get(ids[0])?, *of.get(ids[1])?, *of.get(ids[2])?])
-    };
-    let triangle = |ids: [usize; 3]| {
-        let normals = normals.as_ref().and_then(|normals| corners(ids, normals));
-        corners(ids, &positions).map(|corners| Triangle { corners, normals })
-    };
-    triangles.extend(index_triples(primitive.mode(), &indices).into_iter().filter_map(triangle));
+    triangles.extend(index_triples(primitive.mode(), &indices).into_iter().filter_map(|ids| {
+        let normals = normals.as_ref().and_then(|normals| corners(normals, ids));
+        corners(&positions, ids).map(|corners| Triangle { corners, normals })
+    }));
+}
+
+/// The vectors at three corners, if they are all there.
+fn corners(vectors: &[DVec3], ids: [usize; 3]) -> Option<[DVec3; 3]> {
+    Some([*vectors.get(ids[0])?, *vectors.get(ids[1])?, *vectors.get(ids[2])?])
 }
 
 /// The corners of each triangle; points and lines have none.

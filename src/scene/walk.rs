@@ -60,8 +60,9 @@ pub(super) fn visit(text: &str, found: &mut impl FnMut(&Member<'_>)) {
 /// The bytes of the string, number or word that `text` starts with.
 fn token_length(text: &str) -> usize {
     if !text.starts_with('"') {
-        let end = |c: char| c.is_ascii_whitespace() || ",:]}".contains(c);
-        return text.find(end).unwrap_or(text.len());
+        return text
+            .find(|c: char| c.is_ascii_whitespace() || ",:]}".contains(c))
+            .unwrap_or(text.len());
     }
     let mut escaped = false;
     let closing = text.bytes().skip(1).position(|byte| {

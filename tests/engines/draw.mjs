@@ -22,7 +22,7 @@ const SCRIPTS = { filament: ["/filament.js"], khronos: ["/khronos-libs/libktx.js
 const script = (path) => `<script src="${path}"></script>`;
 
 // Degrees about y that bring the panorama's centre behind the ball, as `sgdbake preview` has it.
-const TURNS = { three: 90, babylon: 0, khronos: 90, filament: 0 };
+const TURNS = { three: 90, babylon: 0, khronos: 270, filament: 0 };
 
 // The Khronos package leaves this table out, and its viewer never uploads it.
 const EMPTY_PNG = Buffer.from("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABc3UBGAAAAABJRU5ErkJggg==", "base64");
@@ -47,7 +47,7 @@ const picture = (label) => join(out, `${label}.f32`);
 const entries = JSON.parse(readFileSync(list, "utf8")).filter(({ label }) => !(options.keep && existsSync(picture(label))));
 if (entries.length === 0) process.exit(0);
 
-// The Khronos viewer filters its environment when it starts: 7 minutes and more in software. Under suns, where the
+// The Khronos viewer filters its environment when it starts: a minute in software. Under suns, where the
 // environment is black, the smallest maps do; under an environment, only its lookup table is made smaller (1024 wide).
 function setup(bundler) {
   bundler.onLoad({ filter: /gltf-viewer\.module\.js$/ }, ({ path }) => {

@@ -1,6 +1,9 @@
 """Compares the engines' pictures with the materials and the measurement, and each with its form; writes docs/engines.md.
 
     python report.py SGDBAKE PICTURES MATERIALS.json … [--measured FOLDER] [--environment FILE.hdr] [-o docs/engines.md]
+    python report.py … --environment FILE.hdr --only-environment -o docs/engines.md     only that section is written anew
+
+--measured holds the networks, PICTURES/measurements the same as NAME.binary (examples/networks_to_measurements).
 
 PICTURES/LIST/ENGINE/LABEL.f32 are pictures under suns of draw.mjs and blender.py, LIST the stem of a MATERIALS.json;
 PICTURES/LIST/environment/ENGINE/LABEL.f32 those under the environment alone.
@@ -14,11 +17,14 @@ import numpy as np
 
 import forms
 import truth
-from picture import EDGE, SIZE, SunPixels, delta_e, normals
+from picture import EDGE, SunPixels, delta_e, normals
 
 ENGINES = {"three": "three.js 0.187.0", "babylon": "Babylon.js 9.35.0", "filament": "Filament 1.53.4", "khronos": "Khronos viewer 1.1.0",
            "blender": "Blender 4.5, Cycles"}
+LIT_SIZE = 24  # pixels of a ball under the environment: pictures take long to converge
+FINER = 3  # samples a side that the engines draw of such a pixel
 EXPOSURE = 0.5  # under the environment: a white diffuse ball is then about half of white
+ITSELF = "itself"  # the exact material, beside the engines
 GOAL = (1.3, 2.0)  # median and 90th percentile of the mean ΔE2000 to the measured surface
 BRIGHTEST = 30.0  # Babylon.js clamps radiance to it
 
@@ -33,22 +39,17 @@ class Row:
         if net:
             references["measurement"] = truth.measured(net, pixels.wi, pixels.wo)
         self.references = {key: pixels.radiance(np.maximum(f, 0)) for key, f in references.items()}
-        self.exact = None if not net else delta_e(self.references["material"], self.references["measurement"])
         self.engines = {}
+        if net:
+            off = delta_e(self.references["material"], self.references["measurement"])
+            self.engines[ITSELF] = {"measurement": (off.mean(), off.max())}
         material, label = forms.Material.from_gltf(entry["material"]), entry["label"]
         for engine in ENGINES:
             path = folder / engine / f"{label}.f32"
             if path.is_file():
                 self.engines[engine] = self._measure(engine, pixels, pixels.read(path), material)
-        lit = {engine: folder / "environment" / engine / f"{label}.f32" for engine in self.engines}
-        lit = {engine: path for engine, path in lit.items() if path.is_file()}
-        if panorama and lit:
-            inside = normals()[1] < EDGE
-            reference = truth.under_environment(binary, self.name, panorama, SIZE)[inside]
-            for engine, path in lit.items():
-                seen = np.fromfile(path, "<f4").reshape(SIZE, SIZE, 3).astype(float)[inside]
-                d = delta_e(EXPOSURE * seen, EXPOSURE * reference)
-                self.engines[engine]["environment"] = (d.mean(), d.max())
+        for engine, found in under_environment(entry, folder, binary, panorama).items():
+            self.engines.setdefault(engine, {}).update(found)
 
     def _measure(self, engine, pixels, seen, material):
         form = pixels.radiance(forms.FORMS[engine](material, forms.Angles.of(pixels.wi, pixels.wo)))
@@ -56,6 +57,56 @@ class Row:
         off = np.abs(seen - form)[counted] / np.maximum(form[counted], 1e-3)
         found = {key: delta_e(seen, reference) for key, reference in self.references.items()}
         return {"form": off.max(), **{key: (d.mean(), d.max()) for key, d in found.items()}}
+
+
+class EnvironmentRow:
+    """One material under the environment alone: per engine the colour difference to it."""
+
+    def __init__(self, entry, folder, binary, panorama):
+        self.name = entry["name"]
+        self.engines = under_environment(entry, folder, binary, panorama)
+
+
+# What the pictures under the environment are held against, and the heading of its figures.
+LIT = {"lit material": "To the exact material, under an environment", "lit measurement": "To the measured surface, under an environment"}
+
+
+def under_environment(entry, folder, binary, panorama):
+    """Per engine the mean and largest difference of its picture to those of the exact material and of the measurement."""
+    paths = {engine: folder / "environment" / engine / f"{entry['label']}.f32" for engine in ENGINES}
+    paths = {engine: path for engine, path in paths.items() if panorama and path.is_file()}
+    if not paths:
+        return {}
+    inside, found = blocks(normals(FINER * LIT_SIZE)[1] < EDGE).all((1, 3)), {}
+    references = {key: kept.reshape(LIT_SIZE, LIT_SIZE, 3).astype(float)[inside] for key, kept in lit_references(entry, folder, binary, panorama)}
+    for engine, path in paths.items():
+        picture = np.fromfile(path, "<f4").reshape(FINER * LIT_SIZE, -1, 3).astype(float)
+        seen = blocks(picture).mean((1, 3))[inside]
+        differences = {key: delta_e(EXPOSURE * seen, EXPOSURE * reference) for key, reference in references.items()}
+        found[engine] = {key: (d.mean(), d.max()) for key, d in differences.items()}
+    if "lit measurement" in references:
+        off = delta_e(*(EXPOSURE * references[key] for key in LIT))
+        found[ITSELF] = {"lit measurement": (off.mean(), off.max())}
+    return found
+
+
+def lit_references(entry, folder, binary, panorama):
+    """The pictures of the exact material and, where its file is there, of the measurement; kept for the next run."""
+    surface = entry["name"].split("@")[0]
+    measurement = folder.parent / f"measurements/{surface}.binary"
+    surfaces = {"lit material": (folder / f"environment/exact/{entry['label']}.f32", ["--material", entry["name"]]),
+                "lit measurement": (folder.parent / f"measurements/{surface}.f32", ["--measured", str(measurement)])}
+    for key, (kept, arguments) in surfaces.items():
+        if not kept.is_file() and (key == "lit material" or measurement.is_file()):
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            truth.under_environment(binary, arguments, panorama, LIT_SIZE).astype("<f4").tofile(kept)
+        if kept.is_file():
+            yield key, np.fromfile(kept, "<f4")
+
+
+def blocks(fine):
+    """The samples of each pixel: rows, samples down, columns, samples across."""
+    return fine.reshape(LIT_SIZE, FINER, LIT_SIZE, FINER, *fine.shape[2:])
 
 
 def drawn(lists, key):
@@ -66,7 +117,9 @@ def drawn(lists, key):
 
 
 def spread(means):
-    """Median, 90th percentile and largest."""
+    """Median, 90th percentile and largest; none of no materials."""
+    if not means:
+        return [np.nan] * 3
     return np.median(means), np.percentile(means, 90), np.max(means)
 
 
@@ -79,10 +132,10 @@ def summary(lists, key):
     names, used = drawn(lists, key)
     lines = ["| Engine | " + " | ".join(f"{name}: median | 90th percentile | largest" for name in names) + " |", "|---" * (1 + 3 * len(names)) + "|"]
     found = {ENGINES[engine]: [means(lists[name], engine, key) for name in names] for engine in used}
-    if key == "measurement":
-        found["*the material itself*"] = [[row.exact.mean() for row in lists[name] if row.exact is not None] for name in names]
+    if any(itself := [means(lists[name], ITSELF, key) for name in names]):
+        found["*the material itself*"] = itself
     for name, columns in found.items():
-        lines.append(f"| {name} | " + " | ".join(f"{value:.2f}" for column in columns for value in spread(column)) + " |")
+        lines.append(f"| {name} | " + " | ".join("–" if np.isnan(value) else f"{value:.2f}" for column in columns for value in spread(column)) + " |")
     return lines
 
 
@@ -123,15 +176,36 @@ def document(lists):
     lines = [*HEAD.strip().splitlines(), "", f"Materials drawn: {counts}.", "",
              "## To the measured surface, under suns", "", *MEASURED.strip().splitlines(), "", *goal(lists), "", *summary(lists, "measurement"), "",
              "## To the exact material, under suns", "", *EXACT.strip().splitlines(), "", *summary(lists, "material"), ""]
-    if drawn(lists, "environment")[0]:
-        lines += ["## To the exact material, under an environment", "", *ENVIRONMENT.strip().splitlines(), "",
-                  *summary(lists, "environment"), "", "Mean / largest ΔE2000:", "", *table(lists, "environment"), ""]
-    lines += ["## The engines' forms", "", "Largest deviation of [engine-forms.md](engine-forms.md) from a pixel, over all materials above:", "",
+    if drawn(lists, "lit material")[0]:
+        lines += environment_section(lists)
+    lines += [FORMS, "", "Largest deviation of [engine-forms.md](engine-forms.md) from a pixel, over all materials above:", "",
               *forms_error(lists), "", *LIMITS.strip().splitlines(), ""]
     for key, to in (("measurement", "the measured surface"), ("material", "the exact material")):
         lines += [f"## Each material, under suns, to {to}", "", f"Mean / largest ΔE2000, {' → '.join(drawn(lists, key)[0])}.", "", *table(lists, key), ""]
     return "\n".join(lines)
 
+
+def environment_section(lists):
+    names, used = drawn(lists, "lit material")
+    counts = "; ".join(f"{ENGINES[engine]} " + ", ".join(f"{name} {len(means(lists[name], engine, 'lit material'))}" for name in names) for engine in used)
+    lines = []
+    for key, heading in LIT.items():
+        if drawn(lists, key)[0]:
+            lines += [f"## {heading}", "", *ENVIRONMENT[key].strip().splitlines(), "", *summary(lists, key), ""]
+    lines += [f"Materials drawn: {counts}.", ""]
+    for key, heading in LIT.items():
+        if drawn(lists, key)[0]:
+            lines += [f"### Each material: {heading[0].lower()}{heading[1:]}", "", f"Mean / largest ΔE2000, {' → '.join(names)}.", "", *table(lists, key), ""]
+    return lines
+
+
+def with_section(page, section):
+    """The page with the section under the environment in its place."""
+    before, after = page.split(f"\n{FORMS}\n")
+    return f"{before.split('## ' + LIT['lit material'])[0].rstrip()}\n\n{section}\n{FORMS}\n{after}"
+
+
+FORMS = "## The engines' forms"
 
 HEAD = """
 # The glTF material in real engines
@@ -151,16 +225,22 @@ EXACT = """
 To the SGD material of the same edition, by `sgdbake eval`. The refit's glTF materials are fitted to the measurement, not to the refitted SGD, and may be closer to the surface than it is.
 """
 
-ENVIRONMENT = """
-royal_esplanade_1k.hdr, exposure 0.5, every eighth material, to a picture of the exact material of the same edition by `sgdbake preview` with 1024 directions per pixel. The engines filter the panorama first, each in its way: what they lose there is in these figures.
-"""
+ENVIRONMENT = {
+    "lit material": """
+royal_esplanade_1k.hdr, exposure 0.5, a ball of 24 × 24 pixels, the mean of 3 × 3 samples each, to a picture of the exact material of the same edition by `sgdbake preview` with 16384 directions per pixel. three.js (`PMREMGenerator`), Babylon.js (`HDRCubeTexture` as its own viewer sets it up) and the Khronos viewer filter the panorama first: what they lose there is in these figures, of diffuse materials too. Cycles samples it, with 4608 samples per pixel.
+""",
+    "lit measurement": """
+The same pictures, to that of the surface: `sgdbake preview --measured` of its stand-in as a MERL file. The last row is the exact material of each edition.
+""",
+}
 
 LIMITS = """
 ## Conditions
 
 * three.js, Babylon.js, Filament and the Khronos viewer run in headless Chromium (Debian's) with software GL (SwiftShader), into float targets. Each pixel's normal is drawn on a flat patch: screen-space widening of lobes (three.js, Babylon.js, Filament) is therefore absent, as it is on a large smooth surface.
 * Blender: the `bpy` module, Cycles on the CPU, materials as its glTF importer makes them.
-* Not measured under the environment: npm's Filament reads only environments that its tool cmgen prefiltered (KTX), and that tool is not in the package. The Khronos viewer filters its maps itself, at a fixed 1024 samples a texel; in software GL that takes many minutes at every start.
+* Filament is not measured under the environment: npm's package reads only environments that its tool cmgen prefiltered (KTX), and that tool is not in the package.
+* The panorama's lamps are small and bright, and how the engines filter them shows: of pure-rubber@refit, nearly diffuse, the mean radiance in red is 1.01 of the exact material's in three.js, 1.19 in Babylon.js, 0.82 in the Khronos viewer.
 * The measurement is a stand-in: networks trained on the MERL database (Sztrajman et al. 2021), a mean ΔE2000 of about 1 off the real measurements.
 * The figures of [fits.md](fits.md) (median ΔE2000 0.26 of its glTF column) compare with the published SGD under one dim area light and are smaller for these reasons alone.
 """
@@ -173,8 +253,15 @@ def main():
     parser.add_argument("materials", type=Path, nargs="+")
     parser.add_argument("--measured", type=Path, default=truth.ROOT.parent / "shared/measured")
     parser.add_argument("--environment", type=Path)
+    parser.add_argument("--only-environment", action="store_true")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args()
+    if options.only_environment:
+        lists = {path.stem: [EnvironmentRow(entry, options.pictures / path.stem, options.binary, options.environment) for entry in json.loads(path.read_text())]
+                 for path in options.materials}
+        section = "\n".join(environment_section(lists))
+        options.output.write_text(with_section(options.output.read_text(), section))
+        return
     pixels, nets = SunPixels(), truth.networks(options.measured)
     lists = {path.stem: [Row(entry, options.pictures / path.stem, pixels, options.binary, nets, options.environment) for entry in json.loads(path.read_text())]
              for path in options.materials}

@@ -25,14 +25,17 @@ def exact(binary, name, wi, wo):
     return np.array([[pair[c]["brdf"] for c in "rgb"] for pair in pairs])  # of one lobe or several alike
 
 
-def under_environment(binary, name, panorama, size, samples=1024):
-    """Radiance of the ball by `sgdbake preview`, size x size x 3, rows upwards: the middle ninth of each pixel."""
+def under_environment(binary, surface, panorama, size, samples=16384):
+    """Radiance of the ball by `sgdbake preview`, size x size x 3, rows upwards: the mean over each pixel.
+
+    surface: ["--material", NAME] or ["--measured", FILE].
+    """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ball.exr"
-        subprocess.run([str(binary), "--quiet", "preview", "--material", name, "--environment", str(panorama),
-                        "--size", str(3 * size), "--samples", str(samples), "-o", str(path)], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([str(binary), "--quiet", "preview", *surface, "--environment", str(panorama),
+                        "--size", str(size), "--samples", str(samples), "-o", str(path)], check=True, stdout=subprocess.DEVNULL)
         (channels,) = OpenEXR.File(str(path)).channels().values()
-    return channels.pixels[1::3, 1::3, :3][::-1].astype(float)
+    return channels.pixels[::-1, :, :3].astype(float)
 
 
 def networks(folder):

@@ -23,10 +23,10 @@ test('suns on balls are the model', async () => {
   });
 });
 
-/** √(Σ (a − b)²/Σ b²) over the pictures, and √ of the mean of (a/b − 1)². */
+/** √(Σ (a − b)²/Σ b²) over the pictures, and √ of the mean of (a/b − 1)² where b is not 0. */
 async function deviation(page, name, views) {
   const truth = evaluate(name, views.flatMap(({pixels}) => pixels.map(({pair}) => pair)));
-  let [square, norm, relative, count] = [0, 0, 0, 0];
+  let [square, norm, relative, count, single] = [0, 0, 0, 0, 0];
   for (const {sun, pixels} of views) {
     await page.evaluate(direction => scene.lightWithSun(direction), sun);
     const picture = await drawMaterial(page, name, SIZE);
@@ -35,11 +35,13 @@ async function deviation(page, name, views) {
         const [expected, found] = [f * wi[2] * Math.PI, picture[4 * index + channel]];
         square += (found - expected) ** 2;
         norm += expected ** 2;
+        if (expected === 0) return;
         relative += (found / expected - 1) ** 2;
+        single++;
       });
     }
   }
-  return {ofPicture: Math.sqrt(square / norm), ofPixels: Math.sqrt(relative / (3 * count))};
+  return {ofPicture: Math.sqrt(square / norm), ofPixels: Math.sqrt(relative / single)};
 }
 
 /** The pixels that a sun lights, with [wi, wo] in their own frames. */

@@ -1,6 +1,7 @@
 // Under an environment: the browser's balls against `sgdbake preview`, and in an even room.
 
 import assert from 'node:assert/strict';
+import {join} from 'node:path';
 import {test} from 'node:test';
 import {deltaE2000} from '../view/colour.js';
 import {drawMaterial, materialsToDraw, withPage} from './ball.mjs';

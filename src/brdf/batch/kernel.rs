@@ -1,16 +1,16 @@
 //! One block of pairs through the formula, in straight loops: what the lobes share, then lobe by
 //! lobe, and in each colour by colour.
 
-use std::f64::consts::{FRAC_1_PI, LOG2_E};
-
 use glam::Vec3;
 
+use crate::brdf::batch::constants::{
+    Constants, FresnelAt, FresnelConstants, LobeConstants, NormalAt,
+};
 use crate::brdf::batch::masking::{BatchMasking, Place};
 use crate::brdf::batch::{Pairs, RgbMut};
 use crate::brdf::{LobeCurves, LobeTerms, Terms};
-use crate::material::{LobeParams, Material};
-use crate::math::arithmetic::{Arithmetic, exp2, log2, max, min};
-use crate::microfacet::SgdNdf;
+use crate::material::MAX_LOBES;
+use crate::math::arithmetic::{Arithmetic, max, min};
 
 /// Pairs that go through the formula together; every block is full, the last one padded, so a
 /// pair's result does not depend on its place in a slice.
@@ -18,145 +18,6 @@ pub const BLOCK: usize = 128;
 
 /// A value for each pair of a block.
 pub type Lanes = [f32; BLOCK];
-
-/// tan²θh beyond which D of every lobe that f32 can hold is 0; its square is still finite.
-const LARGEST_TAN2: f32 = 1e15;
-/// 1/α² at most: its product with [`LARGEST_TAN2`] is finite.
-const LARGEST_INV_ALPHA2: f64 = 1e22;
-
-/// A material's constants besides its masking, saturated to the range of f32.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Constants {
-    /// ρd/π per colour.
-    pub(super) diffuse: [f32; 3],
-    pub(super) lobes: Vec<LobeConstants>,
-}
-
-/// A lobe's constants.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LobeConstants {
-    /// D at θ = 0.
-    peak: f32,
-    /// log₂e/α.
-    decay: f32,
-    /// 1/α².
-    inv_alpha2: f32,
-    p: f32,
-    colours: [ColourConstants; 3],
-}
-
-/// The constants of one colour of a lobe.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct ColourConstants {
-    /// ρs/π; 0 where the lobe does not colour.
-    specular: f32,
-    /// F(0°) = f0 − f1.
-    fresnel_normal: f32,
-    /// 1 − f0.
-    fresnel_schlick: f32,
-    f1: f32,
-}
-
-/// The f32 nearest to a value, at most 1e38 in magnitude.
-fn single(value: f64) -> f32 {
-    value.clamp(-1e38, 1e38) as f32
-}
-
-impl Constants {
-    /// The constants of a material.
-    #[must_use]
-    pub fn new(material: &Material) -> Self {
-        Self {
-            diffuse: material.rho_d().map(|rho_d| single(rho_d * FRAC_1_PI)),
-            lobes: material.lobes().iter().map(LobeConstants::new).collect(),
-        }
-    }
-}
-
-impl LobeConstants {
-    fn new(lobe: &LobeParams) -> Self {
-        let (alpha, p) = (lobe.alpha(), lobe.p());
-        let colour = |c: usize| ColourConstants {
-            specular: single(lobe.rho_s()[c] * FRAC_1_PI),
-            fresnel_normal: single(lobe.f0()[c] - lobe.f1()[c]),
-            fresnel_schlick: single(1.0 - lobe.f0()[c]),
-            f1: single(lobe.f1()[c]),
-        };
-        Self {
-            peak: single(SgdNdf::new(alpha, p).peak()),
-            decay: single(LOG2_E / alpha),
-            inv_alpha2: (1.0 / (alpha * alpha)).min(LARGEST_INV_ALPHA2) as f32,
-            p: single(p),
-            colours: [0, 1, 2].map(colour),
-        }
-    }
-
-    /// D at x = tan²θ: peak · 2^(−x log₂e/α − p log₂(1 + x/α²)) · (1+x)².
-    #[inline(always)]
-    pub(super) fn ndf<A: Arithmetic>(&self, NormalAt { x, spread }: NormalAt) -> f32 {
-        let power = self.p * log2::<A>(A::mul_add(x, self.inv_alpha2, 1.0));
-        let density = self.peak * exp2::<A>(A::mul_add(-x, self.decay, -power));
-        min(density * spread, f32::MAX)
-    }
-
-    /// Adds (ρs/π) F D (G1(wi)/cosθi) (G1(wo)/cosθo) of each colour; `shape` is that without ρs/π and F.
-    #[inline(always)]
-    pub(super) fn add<A: Arithmetic>(
-        &self,
-        shared: &SharedBlock,
-        shape: &Lanes,
-        values: &mut [Lanes; 3],
-    ) {
-        for (colour, values) in self.colours.iter().zip(values) {
-            if colour.specular == 0.0 {
-                continue;
-            }
-            for (i, value) in values.iter_mut().enumerate() {
-                *value += specular::<A>(colour, shared.fresnel(i), shape[i]);
-            }
-        }
-    }
-}
-
-impl ColourConstants {
-    /// F at ε = 1 − cosθd, as (f0 − f1) + (1 − f0) ε⁵ + f1 ε: no cancellation towards ε = 0.
-    #[inline(always)]
-    fn fresnel<A: Arithmetic>(&self, fresnel: FresnelAt) -> f32 {
-        let linear = A::mul_add(self.f1, fresnel.e, self.fresnel_normal);
-        A::mul_add(self.fresnel_schlick, fresnel.e5, linear)
-    }
-}
-
-/// x = tan²θh and (1+x)².
-#[derive(Clone, Copy, Debug)]
-pub(super) struct NormalAt {
-    x: f32,
-    spread: f32,
-}
-
-impl NormalAt {
-    #[inline(always)]
-    fn new(tan2_theta: f32) -> Self {
-        let x = min(tan2_theta, LARGEST_TAN2);
-        Self { x, spread: (1.0 + x) * (1.0 + x) }
-    }
-}
-
-/// ε = 1 − cosθd and ε⁵.
-#[derive(Clone, Copy, Debug)]
-struct FresnelAt {
-    e: f32,
-    e5: f32,
-}
-
-impl FresnelAt {
-    #[inline(always)]
-    fn new(cos_d: f32) -> Self {
-        let e = max(1.0 - cos_d, 0.0);
-        let e2 = e * e;
-        Self { e, e5: e * (e2 * e2) }
-    }
-}
 
 /// The quantities of one pair that all lobes share.
 #[derive(Clone, Copy, Debug)]
@@ -192,11 +53,10 @@ fn above_horizon<A: Arithmetic>([x, y, z]: [f32; 3]) -> bool {
     (z >= f32::MIN_POSITIVE) & ((length2 - 1.0).abs() <= 1e-2)
 }
 
-/// (ρs/π) F D (G1(wi)/cosθi) (G1(wo)/cosθo) of one colour; `shape` is the product without ρs/π and F.
+/// A sum of lobes within the range of f32.
 #[inline(always)]
-fn specular<A: Arithmetic>(colour: &ColourConstants, fresnel: FresnelAt, shape: f32) -> f32 {
-    let specular = colour.specular * colour.fresnel::<A>(fresnel) * shape;
-    max(min(specular, f32::MAX), -f32::MAX)
+fn saturated(sum: f32) -> f32 {
+    max(min(sum, f32::MAX), -f32::MAX)
 }
 
 /// [`Shared`] for a block of pairs, array by array.
@@ -226,7 +86,11 @@ impl SharedBlock {
 
     /// Overwritten where it lies: moving it would take as long as a fifth of the evaluation.
     #[inline(always)]
-    pub(super) fn fill<A: Arithmetic, M: BatchMasking>(&mut self, wi: [&Lanes; 3], wo: [&Lanes; 3]) {
+    pub(super) fn fill<A: Arithmetic, M: BatchMasking>(
+        &mut self,
+        wi: [&Lanes; 3],
+        wo: [&Lanes; 3],
+    ) {
         for i in 0..BLOCK {
             let shared =
                 Shared::new::<A, M>([wi[0][i], wi[1][i], wi[2][i]], [wo[0][i], wo[1][i], wo[2][i]]);
@@ -245,17 +109,78 @@ impl SharedBlock {
         NormalAt { x: self.x[i], spread: self.spread[i] }
     }
 
-    /// 0 where a direction is not above the horizon.
+    /// The values of the first pairs, 0 where a direction is not above the horizon.
     #[inline(always)]
-    pub(super) fn clear_hidden(&self, values: &mut Lanes) {
-        for (value, visible) in values.iter_mut().zip(&self.visible) {
-            *value = if *visible != 0 { *value } else { 0.0 };
+    pub(super) fn seen(&self, values: &Lanes, out: &mut [f32]) {
+        for ((out, value), visible) in out.iter_mut().zip(values).zip(&self.visible) {
+            *out = if *visible != 0 { saturated(*value) } else { 0.0 };
         }
     }
 
     #[inline(always)]
     fn fresnel(&self, i: usize) -> FresnelAt {
         FresnelAt { e: self.e[i], e5: self.e5[i] }
+    }
+}
+
+impl Constants {
+    /// f of a block of pairs; `shapes` are D (G1(wi)/cosθi) (G1(wo)/cosθo) of the lobes.
+    #[inline(always)]
+    fn colour<A: Arithmetic>(
+        &self,
+        shared: &SharedBlock,
+        shapes: &[Lanes; MAX_LOBES],
+        values: &mut [Lanes; 3],
+    ) {
+        match self.full.as_deref() {
+            Some([one]) => coloured::<A, 1>(self.diffuse, &[*one], shared, shapes, values),
+            Some([a, b]) => coloured::<A, 2>(self.diffuse, &[*a, *b], shared, shapes, values),
+            _ => {
+                *values = self.diffuse.map(|diffuse| [diffuse; BLOCK]);
+                for (lobe, shape) in self.lobes.iter().zip(shapes) {
+                    add::<A>(lobe, shared, shape, values);
+                }
+            }
+        }
+    }
+}
+
+/// Adds (ρs/π) F D (G1(wi)/cosθi) (G1(wo)/cosθo) of each colour of a lobe; `shape` is that without ρs/π
+/// and F.
+#[inline(always)]
+fn add<A: Arithmetic>(
+    lobe: &LobeConstants,
+    shared: &SharedBlock,
+    shape: &Lanes,
+    values: &mut [Lanes; 3],
+) {
+    for (colour, values) in lobe.colours.iter().zip(values) {
+        let Some(specular) = colour.specular else { continue };
+        for (i, value) in values.iter_mut().enumerate() {
+            *value = A::mul_add(specular.at::<A>(shared.fresnel(i)), shape[i], *value);
+        }
+    }
+}
+
+/// ρd/π + Σ (ρs/π) F D (G1(wi)/cosθi) (G1(wo)/cosθo) of `N` lobes that colour all channels, in one
+/// loop: what lobes and colours share is loaded once.
+#[inline(always)]
+fn coloured<A: Arithmetic, const N: usize>(
+    diffuse: [f32; 3],
+    lobes: &[[FresnelConstants; 3]; N],
+    shared: &SharedBlock,
+    shapes: &[Lanes; MAX_LOBES],
+    [r, g, b]: &mut [Lanes; 3],
+) {
+    for i in 0..BLOCK {
+        let fresnel = shared.fresnel(i);
+        let [mut sum_r, mut sum_g, mut sum_b] = diffuse;
+        for ([of_r, of_g, of_b], shape) in lobes.iter().zip(shapes) {
+            sum_r = A::mul_add(of_r.at::<A>(fresnel), shape[i], sum_r);
+            sum_g = A::mul_add(of_g.at::<A>(fresnel), shape[i], sum_g);
+            sum_b = A::mul_add(of_b.at::<A>(fresnel), shape[i], sum_b);
+        }
+        (r[i], g[i], b[i]) = (sum_r, sum_g, sum_b);
     }
 }
 
@@ -271,6 +196,7 @@ pub fn eval<A: Arithmetic, M: BatchMasking>(
     let mut shared = SharedBlock::empty();
     let mut padded = [[0.0; BLOCK]; 6];
     let mut values = [[0.0; BLOCK]; 3];
+    let mut shapes = [[0.0; BLOCK]; MAX_LOBES];
     for start in (0..length).step_by(BLOCK) {
         let count = BLOCK.min(length - start);
         if count < BLOCK {
@@ -284,15 +210,12 @@ pub fn eval<A: Arithmetic, M: BatchMasking>(
         let wi = [full(wi[0], ix), full(wi[1], iy), full(wi[2], iz)];
         let wo = [full(wo[0], ox), full(wo[1], oy), full(wo[2], oz)];
         shared.fill::<A, M>(wi, wo);
-        for (values, diffuse) in values.iter_mut().zip(material.diffuse) {
-            *values = [diffuse; BLOCK];
+        for ((lobe, masking), shape) in material.lobes.iter().zip(maskings).zip(&mut shapes) {
+            fill_shape::<A, M>(lobe, masking, &shared, shape);
         }
-        for (lobe, masking) in material.lobes.iter().zip(maskings) {
-            add_lobe::<A, M>(lobe, masking, &shared, &mut values);
-        }
-        for (values, out) in values.iter_mut().zip(out.0.iter_mut()) {
-            shared.clear_hidden(values);
-            out[start..start + count].copy_from_slice(&values[..count]);
+        material.colour::<A>(&shared, &shapes, &mut values);
+        for (values, out) in values.iter().zip(out.0.iter_mut()) {
+            shared.seen(values, &mut out[start..start + count]);
         }
     }
 }
@@ -303,20 +226,18 @@ fn full<'a>(rest: &'a [f32], padded: &'a Lanes) -> &'a Lanes {
     rest.first_chunk().unwrap_or(padded)
 }
 
-/// Adds a lobe to the colours of a block of pairs.
+/// D (G1(wi)/cosθi) (G1(wo)/cosθo) of a lobe for a block of pairs.
 #[inline(always)]
-fn add_lobe<A: Arithmetic, M: BatchMasking>(
+fn fill_shape<A: Arithmetic, M: BatchMasking>(
     lobe: &LobeConstants,
     masking: &M,
     shared: &SharedBlock,
-    values: &mut [Lanes; 3],
+    shape: &mut Lanes,
 ) {
-    let mut shape = [0.0; BLOCK];
-    masking.visibilities::<A>(&shared.masking_i, &shared.masking_o, &mut shape);
+    masking.visibilities::<A>(&shared.masking_i, &shared.masking_o, shape);
     for (i, shape) in shape.iter_mut().enumerate() {
         *shape *= lobe.ndf::<A>(shared.normal(i));
     }
-    lobe.add::<A>(shared, &shape, values);
 }
 
 /// Every factor for one pair, with the bits that [`eval`] gives.
@@ -337,20 +258,20 @@ pub fn pair<A: Arithmetic, M: BatchMasking>(
         let ndf = lobe.ndf::<A>(shared.normal);
         let shape = masking.visibility::<A>(shared.masking_i, shared.masking_o) * ndf;
         for (c, colour) in lobe.colours.iter().enumerate() {
-            slot.fresnel[c] = colour.fresnel::<A>(shared.fresnel).into();
-            if colour.specular != 0.0 {
-                let specular = specular::<A>(colour, shared.fresnel, shape);
-                sums[c] += specular;
-                brdf[c] += specular;
+            slot.fresnel[c] = colour.fresnel.at::<A>(shared.fresnel).into();
+            if let Some(specular) = colour.specular {
+                let specular = specular.at::<A>(shared.fresnel);
+                sums[c] = A::mul_add(specular, shape, sums[c]);
+                brdf[c] = A::mul_add(specular, shape, brdf[c]);
             }
         }
         let [g1_i, g1_o] = [shared.masking_i, shared.masking_o].map(|at| masking.g1::<A>(at));
         *slot = LobeTerms { ndf: ndf.into(), g1_i: g1_i.into(), g1_o: g1_o.into(), ..*slot };
     }
     Terms {
-        specular: sums.map(f64::from),
+        specular: sums.map(saturated).map(f64::from),
         diffuse: material.diffuse.map(f64::from),
-        brdf: brdf.map(f64::from),
+        brdf: brdf.map(saturated).map(f64::from),
         ..terms
     }
 }
@@ -368,7 +289,7 @@ pub fn curves<A: Arithmetic, M: BatchMasking>(
     let of_lobe = |(lobe, masking): (&LobeConstants, &M)| {
         let g1 = masking.g1::<A>(place);
         let at = FresnelAt::new(cos_theta);
-        let fresnel = |c: usize| lobe.colours[c].fresnel::<A>(at).into();
+        let fresnel = |c: usize| lobe.colours[c].fresnel.at::<A>(at).into();
         LobeCurves {
             ndf: lobe.ndf::<A>(NormalAt::new(tan_theta * tan_theta)).into(),
             lambda: (1.0 / g1 - 1.0).into(),

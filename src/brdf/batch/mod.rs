@@ -7,17 +7,16 @@
 
 pub mod albedo;
 pub mod masking;
-pub mod sampler;
 
+mod constants;
 mod kernel;
 
 use glam::Vec3;
 
 use crate::brdf::albedo::FresnelMoments;
 use crate::brdf::batch::albedo::AlbedoBatch;
-use crate::brdf::batch::kernel::Constants;
+use crate::brdf::batch::constants::Constants;
 use crate::brdf::batch::masking::{BatchMaskings, FittedG1};
-pub use crate::brdf::batch::sampler::{Draws, SamplerBatch, SamplesMut};
 use crate::brdf::{LobeCurves, MaskingKind, Terms};
 use crate::material::Material;
 use crate::math::arithmetic::{Fused, Separate};
@@ -34,7 +33,7 @@ pub struct Pairs<'a> {
     pub wo: [&'a [f32]; 3],
 }
 
-/// Where results go: one slice per colour channel.
+/// The results: one slice per colour channel.
 #[derive(Debug)]
 pub struct RgbMut<'a>(pub [&'a mut [f32]; 3]);
 
@@ -62,6 +61,23 @@ fn same_length(mut lengths: impl Iterator<Item = usize>) -> Result<(), LengthMis
 /// The absolute error against f64 is at most 1e-5·|f| + 1e-6·(largest f of the same wo) for the
 /// published materials. Parameters beyond the range of f32 saturate; nothing becomes NaN or
 /// infinite.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::brdf::batch::{Pairs, RgbMut};
+/// use sgdbake::{MaskingKind, SgdBatch, named};
+///
+/// let batch = SgdBatch::new(named("gold-paint")?, MaskingKind::Exact);
+/// // Two pairs, facing the surface and at 53°.
+/// let (x, y, z) = ([0.0, 0.8], [0.0; 2], [1.0, 0.6]);
+/// let mut rgb = [[0.0_f32; 2]; 3];
+/// let [r, g, b] = &mut rgb;
+/// let pairs = Pairs { wi: [&x, &y, &z], wo: [&x, &y, &z] };
+/// batch.eval(&pairs, &mut RgbMut([r, g, b]))?;
+/// assert!(rgb[0][0] > rgb[0][1] && rgb[0][1] > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SgdBatch {
     set: InstructionSet,
@@ -158,14 +174,6 @@ mod dispatch {
             BatchMaskings::Fitted(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
         }
     });
-    per_instruction_set!(sample<A: Fused, baseline Baseline>
-        (sampler: &SamplerBatch, draws: &Draws<'_>, out: &mut SamplesMut<'_>) -> () {
-            sampler.sample_with::<A>(draws, out);
-        });
-    per_instruction_set!(weigh<A: Fused, baseline Baseline>
-        (sampler: &SamplerBatch, pairs: &Pairs<'_>, f: &mut RgbMut<'_>, pdf: &mut [f32]) -> () {
-            sampler.eval_with::<A>(pairs, f, pdf);
-        });
     per_instruction_set!(moments<A: Fused, baseline Fused>
         (lobe: &AlbedoBatch, cos_theta_o: f64) -> FresnelMoments { lobe.at::<A>(cos_theta_o) });
 }

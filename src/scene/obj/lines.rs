@@ -27,7 +27,7 @@ pub(super) enum Shading {
     Smooth(u32),
 }
 
-/// Whether a face has texture coordinates and normals.
+/// The presence of texture coordinates and normals in a face.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct Layout {
     texcoords: bool,
@@ -227,7 +227,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
 
     /// The parts of a corner `v/vt/vn`. Indices are at least 1, or count back from the last one.
     fn corner(&self, corner: &[u8]) -> Result<Layout, String> {
-        let invalid = || format!("{:?} is no face corner", String::from_utf8_lossy(corner));
+        let invalid = || format!("{:?} is not a face corner", String::from_utf8_lossy(corner));
         let mut present = [false; 3];
         let mut at = 0;
         for (kind, digits) in corner.split(|byte| *byte == b'/').enumerate() {
@@ -248,7 +248,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
         }
     }
 
-    /// Returns whether an index exists; `None` for what is no number. Positive indices may run ahead of the
+    /// Returns whether an index exists; `None` if it is not a number. Positive indices may run ahead of the
     /// definitions, and are checked where they are used.
     fn in_range(&self, kind: usize, digits: &[u8]) -> Option<bool> {
         let (negative, digits) = match digits {

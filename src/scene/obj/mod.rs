@@ -5,7 +5,7 @@
 //! * Smoothing groups matter where the file has no normals: `s N` smooths within the group, `s off`
 //!   is flat, and a file without any `s` is smooth throughout. Normals are weighted by area.
 //! * Vertex colours are sRGB in the file and linear in glTF; texture v is turned upside down.
-//! * Material libraries are looked for beside the file. A missing one is a warning: its materials
+//! * Material libraries are looked for in the file's folder. A missing one is a warning: its materials
 //!   keep their names and are plain.
 //! * Materials that no face uses are left out.
 
@@ -20,7 +20,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use palette::{LinSrgb, Srgb};
+use palette::Srgb;
 use tobj::{LoadError, LoadOptions, Material, Model};
 
 use crate::scene::{
@@ -74,14 +74,15 @@ fn parts(models: Vec<Model>, groups: &[Group]) -> Result<Vec<Part>, SceneError> 
                 let name = groups.get(group).map_or("", |group| &group.name);
                 return Err(SceneError::Invalid(name.into(), "a position is not finite".into()));
             }
-            let whole = |length: usize| length == count;
             let surface = Surface {
-                normals: Some(triples(mesh.normals)).filter(|n| whole(n.len())).unwrap_or_default(),
+                normals: Some(triples(mesh.normals))
+                    .filter(|n| n.len() == count)
+                    .unwrap_or_default(),
                 texcoords: Some(texcoords(mesh.texcoords))
-                    .filter(|t| whole(t.len()))
+                    .filter(|t| t.len() == count)
                     .unwrap_or_default(),
                 colors: Some(colors(&mesh.vertex_color))
-                    .filter(|c| whole(c.len()))
+                    .filter(|c| c.len() == count)
                     .unwrap_or_default(),
                 positions,
                 indices: mesh.indices,
@@ -100,17 +101,17 @@ fn triples(flat: Vec<f32>) -> Vec<[f32; 3]> {
 
 /// v runs upwards in OBJ, downwards in glTF. Numbers that are not finite become 0.
 fn texcoords(flat: Vec<f32>) -> Vec<[f32; 2]> {
-    let finite = |x: f32| if x.is_finite() { x } else { 0.0 };
-    flat.chunks_exact(2).map(|uv| [finite(uv[0]), finite(1.0 - uv[1])]).collect()
+    flat.chunks_exact(2).map(|uv| [finite_or(uv[0], 0.0), finite_or(1.0 - uv[1], 0.0)]).collect()
+}
+
+fn finite_or(x: f32, default: f32) -> f32 {
+    if x.is_finite() { x } else { default }
 }
 
 fn colors(flat: &[f32]) -> Vec<[f32; 3]> {
-    let linear = |c: &[f32]| {
-        let unit = |x: f32| if x.is_finite() { x.clamp(0.0, 1.0) } else { 1.0 };
-        let linear: LinSrgb<f32> = Srgb::new(unit(c[0]), unit(c[1]), unit(c[2])).into_linear();
-        linear.into()
-    };
-    flat.chunks_exact(3).map(linear).collect()
+    let (encoded, _) = flat.as_chunks::<3>();
+    let clean = encoded.iter().map(|rgb| rgb.map(|c| finite_or(c, 1.0).clamp(0.0, 1.0)));
+    clean.map(|rgb| Srgb::from(rgb).into_linear::<f32>().into()).collect()
 }
 
 /// One mesh per group name, one surface per material and set of attributes in it.

@@ -73,9 +73,8 @@ fn load(
 
 /// MTL names are plain file names: nothing in them is percent encoded.
 fn resource(name: &str) -> Result<Resource, SceneError> {
-    let refused = |reason| SceneError::Uri { uri: name.to_owned(), reason };
     Resource::new(&percent_encode(&name.replace('\\', "/")))?
-        .ok_or_else(|| refused("is no file name"))
+        .ok_or_else(|| SceneError::Uri { uri: name.to_owned(), reason: "is not a file name" })
 }
 
 /// Colours with one number get all three, as the format says; spectral curves are left out.

@@ -56,28 +56,27 @@ fn with_normals(mut part: Part, sums: &HashMap<Corner, Vec3>) -> Part {
 
 /// The surface with three vertices of its own for every triangle.
 fn flat(surface: &Surface) -> Surface {
-    let pick = |i: &u32| *i as usize;
     let indices = &surface.indices[..surface.indices.len() / 3 * 3];
-    let positions: Vec<_> = indices.iter().map(|i| surface.positions[pick(i)]).collect();
+    let positions: Vec<_> = indices.iter().map(|i| surface.positions[*i as usize]).collect();
     let normals = positions
         .chunks_exact(3)
         .flat_map(|p| [face_normal([p[0], p[1], p[2]]).into(); 3])
         .collect();
-    let gather = |values: &[[f32; 3]]| match values {
-        [] => Vec::new(),
-        _ => indices.iter().map(|i| values[pick(i)]).collect(),
-    };
-    let texcoords = match &*surface.texcoords {
-        [] => Vec::new(),
-        values => indices.iter().map(|i| values[pick(i)]).collect(),
-    };
     Surface {
         normals,
-        texcoords,
-        colors: gather(&surface.colors),
+        texcoords: picked(&surface.texcoords, indices),
+        colors: picked(&surface.colors, indices),
         indices: (0..positions.len() as u32).collect(),
         positions,
         material: surface.material,
+    }
+}
+
+/// The value at each index; none where a surface has none at all.
+fn picked<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
+    match values {
+        [] => Vec::new(),
+        _ => indices.iter().map(|i| values[*i as usize]).collect(),
     }
 }
 

@@ -35,7 +35,8 @@ export async function init(options) {
   sun = new DirectionalLight("sun", new Vector3(0, 0, -1), scene);
   sun.intensity = Math.PI;
   if (options.environment) {
-    environment = new HDRCubeTexture(options.environment, scene, 256, false, true, false, true);
+    // As Babylon.js' own viewer loads an .hdr file: irradiance too is integrated on the GPU, by importance.
+    environment = new HDRCubeTexture(options.environment, scene, 256, false, true, false, true, null, null, false, true, true);
     environment.rotationY = options.turn;
     await new Promise((done, failed) => {
       if (environment.isReady()) return done();
