@@ -7,8 +7,12 @@ use common::materials::shared_lobes;
 use glam::{DVec3, Vec3};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
-use sgdbake::brdf::batch::{InstructionSet, LengthMismatch, Pairs, RgbMut, SgdBatch};
-use sgdbake::brdf::{MaskingKind, SgdBrdf};
+use sgdbake::brdf::batch::{
+    Draws, InstructionSet, LengthMismatch, Pairs, RgbMut, SamplerBatch, SamplesMut, SgdBatch,
+};
+use sgdbake::brdf::{
+    MaskingKind, Reflectance as _, Sample as _, Sampler, SgdBrdf, Strategy,
+};
 use sgdbake::material::{Material, catalog, find};
 use sgdbake::math::direction::{cos_sin_degrees, from_cos_sin};
 use sgdbake::microfacet::Accuracy;
@@ -154,6 +158,97 @@ fn same_wherever_they_stand(material: &Material) {
     }
 }
 
+/// Draws for many directions to the viewer, and what the sampler makes of them.
+struct Drawn {
+    wo: Vec<Vec3>,
+    u: Vec<[f32; 3]>,
+    wi: Vec<Vec3>,
+    weight: Vec<[f32; 3]>,
+    pdf: Vec<f32>,
+}
+
+fn drawn(sampler: &SamplerBatch, wo: Vec<Vec3>, u: Vec<[f32; 3]>) -> Drawn {
+    let count = wo.len();
+    let wo_axes = [0, 1, 2].map(|axis| wo.iter().map(|w| w[axis]).collect::<Vec<_>>());
+    let u_axes = [0, 1, 2].map(|axis| u.iter().map(|u| u[axis]).collect::<Vec<_>>());
+    let [mut x, mut y, mut z, mut r, mut g, mut b, mut pdf] = [0; 7].map(|_| vec![0.0; count]);
+    let draws = Draws {
+        wo: wo_axes.each_ref().map(Vec::as_slice),
+        u: u_axes.each_ref().map(Vec::as_slice),
+    };
+    let mut samples = SamplesMut {
+        wi: [&mut x, &mut y, &mut z],
+        weight: [&mut r, &mut g, &mut b],
+        pdf: &mut pdf,
+    };
+    sampler.sample(&draws, &mut samples).expect("equal lengths");
+    let wi = (0..count).map(|i| Vec3::new(x[i], y[i], z[i])).collect();
+    Drawn { wo, u, wi, weight: (0..count).map(|i| [r[i], g[i], b[i]]).collect(), pdf }
+}
+
+/// Directions of every angle, with numbers that fill the cube, its ends among them.
+fn many_draws(count: usize) -> (Vec<Vec3>, Vec<[f32; 3]>) {
+    let mut rng = Pcg64Mcg::seed_from_u64(5);
+    let wo = (0..count).map(|_| uniform(&mut rng).as_vec3()).collect();
+    let ends = [0.0, 1.0 - f32::EPSILON / 2.0];
+    let mut u: Vec<[f32; 3]> = (0..count).map(|_| rng.random()).collect();
+    for (i, u) in u.iter_mut().take(8).enumerate() {
+        *u = [ends[i & 1], ends[i >> 1 & 1], ends[i >> 2 & 1]];
+    }
+    (wo, u)
+}
+
+/// The f64 sampler draws the same directions from the same numbers, with the same densities and
+/// weights, but for what f32 cannot hold.
+#[test]
+fn batch_samples_are_the_samplers() {
+    for name in ["gold-paint", "chrome", "pink-fabric", "blue-acrylic", "violet-acrylic"] {
+        let material = &find(name).expect("catalogue").material;
+        for kind in [MaskingKind::Exact, MaskingKind::Fitted] {
+            let exact = Sampler::new(material, kind, Strategy::Vndf);
+            let (wo, u) = many_draws(4000);
+            let batch = drawn(&SamplerBatch::new(material, kind), wo, u);
+            let mut far = 0;
+            for i in 0..batch.wo.len() {
+                let wo = batch.wo[i].as_dvec3();
+                let wi = batch.wi[i].as_dvec3();
+                let u = batch.u[i].map(f64::from);
+                let same = exact.sample(wo, u).map_or(batch.pdf[i] == 0.0, |w| w.distance(wi) < 1e-3);
+                far += usize::from(!same);
+                if batch.pdf[i] > 0.0 {
+                    let pdf = exact.pdf(wi, wo);
+                    let error = (f64::from(batch.pdf[i]) / pdf - 1.0).abs();
+                    assert!(error < 2e-5, "{name} {kind:?} {wi} {wo}: {error:e}");
+                    let f = exact.eval(wi, wo);
+                    for c in 0..3 {
+                        let weight = f[c] * wi.z / pdf;
+                        let error = (f64::from(batch.weight[i][c]) - weight).abs();
+                        assert!(error < 4e-5 * weight.abs().max(0.01), "{name} {kind:?}: {error:e}");
+                    }
+                }
+            }
+            // Where a number falls on the border between two techniques.
+            assert!(far < 12, "{name} {kind:?}: {far} directions differ");
+        }
+    }
+}
+
+#[test]
+fn a_sample_does_not_depend_on_its_place() {
+    let material = &find("gold-paint").expect("catalogue").material;
+    for set in InstructionSet::available() {
+        let sampler = SamplerBatch::new(material, MaskingKind::Exact).with_instruction_set(set);
+        let (wo, u) = many_draws(300);
+        let whole = drawn(&sampler, wo, u);
+        for (start, end) in [(0, 1), (3, 131), (7, 290)] {
+            let part = drawn(&sampler, whole.wo[start..end].to_vec(), whole.u[start..end].to_vec());
+            assert_eq!(part.wi[..], whole.wi[start..end], "{set:?}");
+            assert_eq!(part.weight[..], whole.weight[start..end], "{set:?}");
+            assert_eq!(part.pdf[..], whole.pdf[start..end], "{set:?}");
+        }
+    }
+}
+
 #[test]
 fn slices_of_different_lengths_are_refused() {
     let batch = SgdBatch::new(&find("chrome").expect("catalogue").material, MaskingKind::Fitted);
@@ -162,4 +257,37 @@ fn slices_of_different_lengths_are_refused() {
     let pairs = Pairs { wi: [&two, &two, &two], wo: [&two, &two, &three] };
     let refused = batch.eval(&pairs, &mut RgbMut([&mut r, &mut g, &mut b]));
     assert_eq!(refused, Err(LengthMismatch { expected: 2, found: 3 }));
+}
+
+/// The plain loops stand on the compiler's vectoriser. This looks at what it made of them: few
+/// scalar instructions beside the vectors. It is skipped where `objdump` is missing.
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn the_loops_are_vectors() {
+    for set in ["avx2", "avx512"] {
+        for loops in ["eval", "sample", "weigh"] {
+            let name = format!("sgdbake::brdf::batch::dispatch::{loops}::{set}");
+            let Some([scalar, vector]) = float_instructions(&name) else {
+                println!("skipped: objdump does not show {name}");
+                continue;
+            };
+            assert!(vector > 100 && scalar * 4 < vector, "{name}: {scalar} scalar, {vector} vector");
+        }
+    }
+}
+
+/// Scalar and packed single-precision arithmetic in a function of this program.
+#[cfg(target_arch = "x86_64")]
+fn float_instructions(function: &str) -> Option<[usize; 2]> {
+    let program = std::env::current_exe().ok()?;
+    let mut objdump = std::process::Command::new("objdump");
+    objdump.args(["-C", "--no-show-raw-insn", &format!("--disassemble={function}")]).arg(program);
+    let listing = String::from_utf8(objdump.output().ok()?.stdout).ok()?;
+    let operations = ["add", "sub", "mul", "div", "sqrt"];
+    let count = |suffix: &str| {
+        let words = listing.split_whitespace().filter(|word| word.ends_with(suffix));
+        words.filter(|word| operations.iter().any(|name| word.contains(name))).count()
+    };
+    let counts = [count("ss"), count("ps")];
+    (counts[1] > 0).then_some(counts)
 }

@@ -9,7 +9,8 @@ use crate::cli::input::check_regular;
 use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection::Subjects;
-use sgdbake::brdf::{Reflectance, Sampler};
+use sgdbake::brdf::Reflectance;
+use sgdbake::brdf::batch::SamplerBatch;
 use sgdbake::measurement::{Filled, Measurement};
 use sgdbake::preview::environment::EnvironmentError;
 use sgdbake::preview::render::{Quality, Render, drawn_from, drawn_like, render};
@@ -121,7 +122,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     }
     let count = materials.len() + measurements.len();
     let bar = output.progress(u64::from(arguments.size) * count as u64, "rows");
-    let picture = |surface: &Sampler, shown: &dyn Reflectance| {
+    let picture = |surface: &SamplerBatch, shown: &dyn Reflectance| {
         let quality = arguments.quality();
         let [picture] = render(&shape, &environment, surface, [shown], quality, &|| bar.inc(1));
         picture

@@ -1,11 +1,11 @@
 //! The picture of a shape under an environment, by Monte Carlo integration.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
-use crate::brdf::sampler::{Sampler, Strategy, Towards};
+use crate::brdf::batch::{Draws, Pairs, RgbMut, SamplerBatch, SamplesMut};
 use crate::brdf::{MaskingKind, Reflectance, SgdBrdf};
 use crate::material::{Material, catalog};
 use crate::math::direction::{above_horizon, spherical};
@@ -73,7 +73,7 @@ pub const DIRECTIONS: usize = 16;
 pub fn render<const MODELS: usize>(
     shape: &Shape,
     environment: &Environment,
-    surface: &Sampler,
+    surface: &SamplerBatch,
     models: [&dyn Reflectance; MODELS],
     quality: Quality,
     row_done: &(dyn Fn() + Sync),
@@ -94,11 +94,10 @@ pub fn render<const MODELS: usize>(
     })
 }
 
-/// The sampler of directions for a material: GGX lobes tuned to its own, by their visible
-/// normals, whose density costs less than the material's own.
+/// What the directions for a material are drawn from: its own visible normals.
 #[must_use]
-pub fn drawn_from(material: &Material) -> Sampler {
-    Sampler::new(material, MaskingKind::Fitted, Strategy::Ggx)
+pub fn drawn_from(material: &Material) -> SamplerBatch {
+    SamplerBatch::new(material, MaskingKind::Exact)
 }
 
 /// The sampler of directions for a reflectance without parameters: that of the material of
@@ -108,7 +107,7 @@ pub fn drawn_from(material: &Material) -> Sampler {
 ///
 /// Never: the catalogue is not empty.
 #[must_use]
-pub fn drawn_like(reflectance: &dyn Reflectance) -> Sampler {
+pub fn drawn_like(reflectance: &dyn Reflectance) -> SamplerBatch {
     let seen = logarithms(reflectance);
     let materials = catalog().iter().map(|entry| {
         let known = logarithms(&SgdBrdf::new(&entry.material, MaskingKind::Fitted));
@@ -156,7 +155,7 @@ fn develop(size: usize, seen: impl Iterator<Item = Seen> + Clone) -> Render {
 struct View<'a, const MODELS: usize> {
     shape: &'a Shape,
     environment: &'a Environment,
-    surface: &'a Sampler,
+    surface: &'a SamplerBatch,
     models: [&'a dyn Reflectance; MODELS],
     quality: Quality,
 }
@@ -164,13 +163,40 @@ struct View<'a, const MODELS: usize> {
 /// The directions of one pixel; kept between pixels for its memory.
 #[derive(Default)]
 struct Paths {
+    points: Vec<Point>,
+    /// Directions drawn where the environment is bright.
+    lit: Vec<Lit>,
+    /// What directions are drawn from where the surface reflects: those of each point in turn.
+    wo: [Vec<f32>; 3],
+    u: [Vec<f32>; 3],
+    /// wi, weights and densities.
+    drawn: [Vec<f32>; 7],
     pairs: Vec<[DVec3; 2]>,
-    /// L cosθi/q.
-    light: Vec<[f64; 3]>,
-    /// Paths before each point's first.
-    points: Vec<usize>,
+    /// L cosθi/q of a pair, and the point it belongs to.
+    light: Vec<([f64; 3], usize)>,
     f: Vec<[f64; 3]>,
+    reflected: Vec<DVec3>,
 }
+
+/// A point of the shape within a pixel.
+#[derive(Clone, Copy)]
+struct Point {
+    hit: Hit,
+    to_world: DMat3,
+    /// The direction to the viewer in the point's frame.
+    wo: DVec3,
+}
+
+/// Light from a direction that the environment drew.
+#[derive(Clone, Copy)]
+struct Lit {
+    point: usize,
+    wi: DVec3,
+    lamp: Arriving,
+}
+
+/// Directions of a point that either technique draws.
+const OF_EACH: usize = DIRECTIONS / 2;
 
 impl<const MODELS: usize> View<'_, MODELS> {
     fn pixel(&self, column: usize, row: usize, paths: &mut Paths) -> [Seen; MODELS] {
@@ -185,6 +211,8 @@ impl<const MODELS: usize> View<'_, MODELS> {
                 self.trace(&hit, &start, point, paths);
             }
         }
+        self.weigh_lit(paths);
+        self.draw(paths);
         let alpha = paths.points.len() as f64 / points as f64;
         self.models.map(|model| paths.seen(model, alpha))
     }
@@ -195,43 +223,94 @@ impl<const MODELS: usize> View<'_, MODELS> {
         [(column as f64 + offset[0]) * scale - 1.0, 1.0 - (row as f64 + offset[1]) * scale]
     }
 
+    /// Directions to light from one point, and the numbers for as many along which it reflects.
     fn trace(&self, hit: &Hit, start: &Start, point: usize, paths: &mut Paths) {
-        paths.points.push(paths.pairs.len());
         let to_world = frame(hit.normal);
         let to_local = to_world.transpose();
-        let Some(surface) = self.surface.towards(to_local * TO_VIEWER) else { return };
-        for index in point * (DIRECTIONS / 2)..(point + 1) * (DIRECTIONS / 2) {
+        let wo = to_local * TO_VIEWER;
+        let place = paths.points.len();
+        paths.points.push(Point { hit: *hit, to_world, wo });
+        if !above_horizon(wo) {
+            return;
+        }
+        for index in point * OF_EACH..(point + 1) * OF_EACH {
             let lamp = self.environment.sample(spread(start.light, R2, index));
-            self.connect(hit, &surface, to_local * lamp.direction, lamp, paths);
-            if let Some(wi) = surface.sample(spread(start.surface, R3, index)) {
-                let lamp = self.environment.look(to_world * wi);
-                self.connect(hit, &surface, wi, lamp, paths);
+            let wi = to_local * lamp.direction;
+            if above_horizon(wi) && !self.shape.shadows(hit, lamp.direction) {
+                paths.lit.push(Lit { point: place, wi, lamp });
+            }
+        }
+        for index in point * OF_EACH..(point + 1) * OF_EACH {
+            let u = spread(start.surface, R3, index);
+            for axis in 0..3 {
+                paths.u[axis].push(u[axis] as f32);
+                paths.wo[axis].push(wo[axis] as f32);
             }
         }
     }
 
-    fn connect(
-        &self,
-        hit: &Hit,
-        surface: &Towards<'_>,
-        wi: DVec3,
-        lamp: Arriving,
-        paths: &mut Paths,
-    ) {
-        if !above_horizon(wi) || self.shape.shadows(hit, lamp.direction) {
-            return;
+    /// Light along the directions that the environment drew.
+    fn weigh_lit(&self, paths: &mut Paths) {
+        let wi = [0, 1, 2].map(|axis| paths.lit.iter().map(|lit| lit.wi[axis] as f32).collect());
+        let wo = |axis: usize| {
+            paths.lit.iter().map(|lit| paths.points[lit.point].wo[axis] as f32).collect()
+        };
+        let densities = self.densities(&wi, &[0, 1, 2].map(wo));
+        for (lit, density) in paths.lit.iter().zip(densities) {
+            let wo = paths.points[lit.point].wo;
+            let density = 0.5 * (lit.lamp.pdf + f64::from(density));
+            paths.pairs.push([lit.wi, wo]);
+            let light = lit.lamp.radiance.map(|radiance| radiance * lit.wi.z / density);
+            paths.light.push((light, lit.point));
         }
-        let density = 0.5 * (lamp.pdf + surface.pdf(wi));
-        paths.pairs.push([wi, surface.wo()]);
-        paths.light.push(lamp.radiance.map(|radiance| radiance * wi.z / density));
+    }
+
+    /// The surface's densities of pairs.
+    fn densities(&self, wi: &[Vec<f32>; 3], wo: &[Vec<f32>; 3]) -> Vec<f32> {
+        let [mut r, mut g, mut b, mut pdf] = [(); 4].map(|()| vec![0.0; wi[0].len()]);
+        let pairs =
+            Pairs { wi: wi.each_ref().map(Vec::as_slice), wo: wo.each_ref().map(Vec::as_slice) };
+        let weighed =
+            self.surface.eval(&pairs, &mut RgbMut([&mut r, &mut g, &mut b]), &mut pdf);
+        weighed.expect("all columns have one length");
+        pdf
+    }
+
+    /// Light along directions that the surface draws.
+    fn draw(&self, paths: &mut Paths) {
+        let drawers: Vec<usize> =
+            (0..paths.points.len()).filter(|k| above_horizon(paths.points[*k].wo)).collect();
+        paths.drawn.iter_mut().for_each(|column| column.resize(paths.u[0].len(), 0.0));
+        let [x, y, z, r, g, b, pdf] = &mut paths.drawn;
+        let draws = Draws {
+            wo: paths.wo.each_ref().map(Vec::as_slice),
+            u: paths.u.each_ref().map(Vec::as_slice),
+        };
+        let mut samples = SamplesMut { wi: [x, y, z], weight: [r, g, b], pdf };
+        self.surface.sample(&draws, &mut samples).expect("all columns have one length");
+        for (place, point) in drawers.iter().flat_map(|point| [*point; OF_EACH]).enumerate() {
+            let [x, y, z, _, _, _, pdf] = paths.drawn.each_ref().map(|column| column[place]);
+            let Point { hit, to_world, wo } = paths.points[point];
+            let wi = DVec3::new(x.into(), y.into(), z.into());
+            let to_light = to_world * wi;
+            if pdf <= 0.0 || self.shape.shadows(&hit, to_light) {
+                continue;
+            }
+            let lamp = self.environment.look(to_light);
+            let density = 0.5 * (lamp.pdf + f64::from(pdf));
+            paths.pairs.push([wi, wo]);
+            paths.light.push((lamp.radiance.map(|radiance| radiance * wi.z / density), point));
+        }
     }
 }
 
 impl Paths {
     fn clear(&mut self) {
+        self.points.clear();
+        self.lit.clear();
+        self.wo.iter_mut().chain(&mut self.u).for_each(Vec::clear);
         self.pairs.clear();
         self.light.clear();
-        self.points.clear();
     }
 
     /// The pixel if `model` reflects the light of these paths.
@@ -241,10 +320,14 @@ impl Paths {
         }
         self.f.resize(self.pairs.len(), [0.0; 3]);
         model.eval_all(&self.pairs, &mut self.f);
-        let ends = self.points.iter().skip(1).copied().chain([self.pairs.len()]);
+        self.reflected.clear();
+        self.reflected.resize(self.points.len(), DVec3::ZERO);
+        for (f, (light, point)) in self.f.iter().zip(&self.light) {
+            self.reflected[*point] += DVec3::from(*f) * DVec3::from(*light);
+        }
         let (mut sum, mut squares) = (DVec3::ZERO, 0.0);
-        for (start, end) in self.points.iter().copied().zip(ends) {
-            let reflected = self.reflected(start, end);
+        for reflected in &self.reflected {
+            let reflected = *reflected / DIRECTIONS as f64;
             sum += reflected;
             squares += luminance(reflected.to_array()).powi(2);
         }
@@ -253,13 +336,6 @@ impl Paths {
         let spread = squares / points - luminance(mean.to_array()).powi(2);
         let variance = spread.max(0.0) / (points - 1.0).max(1.0);
         Seen { pixel: Pixel { rgb: mean.to_array(), alpha }, variance }
-    }
-
-    /// 1/n Σ f L cosθi/q over one point's paths.
-    fn reflected(&self, start: usize, end: usize) -> DVec3 {
-        let paths = self.f[start..end].iter().zip(&self.light[start..end]);
-        let sum: DVec3 = paths.map(|(f, light)| DVec3::from(*f) * DVec3::from(*light)).sum();
-        sum / DIRECTIONS as f64
     }
 }
 
@@ -300,7 +376,7 @@ mod tests {
 
     const QUALITY: Quality = Quality { size: 24, samples: 64, seed: 7 };
 
-    fn gold() -> (Sampler, SgdBrdf) {
+    fn gold() -> (SamplerBatch, SgdBrdf) {
         let material = &find("gold-paint").expect("in the catalogue").material;
         (drawn_from(material), SgdBrdf::new(material, MaskingKind::Fitted))
     }

@@ -7,6 +7,7 @@
 
 pub mod albedo;
 pub mod masking;
+pub mod sampler;
 
 mod constants;
 mod kernel;
@@ -17,6 +18,7 @@ use crate::brdf::albedo::FresnelMoments;
 use crate::brdf::batch::albedo::AlbedoBatch;
 use crate::brdf::batch::constants::Constants;
 use crate::brdf::batch::masking::{BatchMaskings, FittedG1};
+pub use crate::brdf::batch::sampler::{Draws, SamplerBatch, SamplesMut};
 use crate::brdf::{LobeCurves, MaskingKind, Terms};
 use crate::material::Material;
 use crate::math::arithmetic::{Fused, Separate};
@@ -174,6 +176,14 @@ mod dispatch {
             BatchMaskings::Fitted(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
         }
     });
+    per_instruction_set!(sample<A: Fused, baseline Baseline>
+        (sampler: &SamplerBatch, draws: &Draws<'_>, out: &mut SamplesMut<'_>) -> () {
+            sampler.sample_with::<A>(draws, out);
+        });
+    per_instruction_set!(weigh<A: Fused, baseline Baseline>
+        (sampler: &SamplerBatch, pairs: &Pairs<'_>, f: &mut RgbMut<'_>, pdf: &mut [f32]) -> () {
+            sampler.eval_with::<A>(pairs, f, pdf);
+        });
     per_instruction_set!(moments<A: Fused, baseline Fused>
         (lobe: &AlbedoBatch, cos_theta_o: f64) -> FresnelMoments { lobe.at::<A>(cos_theta_o) });
 }
