@@ -102,8 +102,7 @@ fn draw_many(sampler: &SamplerBatch, wo: DVec3) -> Vec<Option<DVec3>> {
     let u = [0, 1, 2].map(|_| (0..count).map(|_| rng.random::<f32>()).collect::<Vec<_>>());
     let wo = wo.to_array().map(|axis| vec![axis as f32; count]);
     let [mut x, mut y, mut z, mut r, mut g, mut b, mut pdf] = [0; 7].map(|_| vec![0.0; count]);
-    let draws =
-        Draws { wo: wo.each_ref().map(Vec::as_slice), u: u.each_ref().map(Vec::as_slice) };
+    let draws = Draws { wo: wo.each_ref().map(Vec::as_slice), u: u.each_ref().map(Vec::as_slice) };
     let mut samples = SamplesMut {
         wi: [&mut x, &mut y, &mut z],
         weight: [&mut r, &mut g, &mut b],

@@ -5,7 +5,7 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
-use crate::brdf::batch::{Draws, Pairs, RgbMut, SamplerBatch, SamplesMut};
+use crate::brdf::batch::{Draws, Pairs, SamplerBatch, SamplesMut};
 use crate::brdf::{MaskingKind, Reflectance, SgdBrdf};
 use crate::material::{Material, catalog};
 use crate::math::direction::{above_horizon, spherical};
@@ -164,13 +164,8 @@ struct View<'a, const MODELS: usize> {
 #[derive(Default)]
 struct Paths {
     points: Vec<Point>,
-    /// Directions drawn where the environment is bright.
-    lit: Vec<Lit>,
-    /// What directions are drawn from where the surface reflects: those of each point in turn.
-    wo: [Vec<f32>; 3],
-    u: [Vec<f32>; 3],
-    /// wi, weights and densities.
-    drawn: [Vec<f32>; 7],
+    lit: Lit,
+    drawn: Drawn,
     pairs: Vec<[DVec3; 2]>,
     /// L cosθi/q of a pair, and the point it belongs to.
     light: Vec<([f64; 3], usize)>,
@@ -187,12 +182,28 @@ struct Point {
     wo: DVec3,
 }
 
-/// Light from a direction that the environment drew.
-#[derive(Clone, Copy)]
+/// A vector for each direction, a column per component.
+type Columns = [Vec<f32>; 3];
+
+/// Directions drawn where the environment is bright.
+#[derive(Default)]
 struct Lit {
-    point: usize,
-    wi: DVec3,
-    lamp: Arriving,
+    /// The point of each, wi and the light.
+    lamps: Vec<(usize, DVec3, Arriving)>,
+    wi: Columns,
+    wo: Columns,
+    /// The surface's densities.
+    pdf: Vec<f32>,
+}
+
+/// Directions drawn where the surface reflects, [`OF_EACH`] of each point in turn.
+#[derive(Default)]
+struct Drawn {
+    wo: Columns,
+    u: Columns,
+    wi: Columns,
+    weight: Columns,
+    pdf: Vec<f32>,
 }
 
 /// Directions of a point that either technique draws.
@@ -211,8 +222,8 @@ impl<const MODELS: usize> View<'_, MODELS> {
                 self.trace(&hit, &start, point, paths);
             }
         }
-        self.weigh_lit(paths);
-        self.draw(paths);
+        self.connect_lit(paths);
+        self.connect_drawn(paths);
         let alpha = paths.points.len() as f64 / points as f64;
         self.models.map(|model| paths.seen(model, alpha))
     }
@@ -223,92 +234,93 @@ impl<const MODELS: usize> View<'_, MODELS> {
         [(column as f64 + offset[0]) * scale - 1.0, 1.0 - (row as f64 + offset[1]) * scale]
     }
 
-    /// Directions to light from one point, and the numbers for as many along which it reflects.
+    /// Directions to light from one point, and numbers for as many along which it reflects.
     fn trace(&self, hit: &Hit, start: &Start, point: usize, paths: &mut Paths) {
         let to_world = frame(hit.normal);
         let to_local = to_world.transpose();
         let wo = to_local * TO_VIEWER;
         let place = paths.points.len();
         paths.points.push(Point { hit: *hit, to_world, wo });
-        if !above_horizon(wo) {
-            return;
-        }
         for index in point * OF_EACH..(point + 1) * OF_EACH {
             let lamp = self.environment.sample(spread(start.light, R2, index));
             let wi = to_local * lamp.direction;
             if above_horizon(wi) && !self.shape.shadows(hit, lamp.direction) {
-                paths.lit.push(Lit { point: place, wi, lamp });
+                paths.lit.lamps.push((place, wi, lamp));
+                push(&mut paths.lit.wi, wi.to_array());
+                push(&mut paths.lit.wo, wo.to_array());
             }
-        }
-        for index in point * OF_EACH..(point + 1) * OF_EACH {
-            let u = spread(start.surface, R3, index);
-            for axis in 0..3 {
-                paths.u[axis].push(u[axis] as f32);
-                paths.wo[axis].push(wo[axis] as f32);
-            }
+            push(&mut paths.drawn.u, spread(start.surface, R3, index));
+            push(&mut paths.drawn.wo, wo.to_array());
         }
     }
 
     /// Light along the directions that the environment drew.
-    fn weigh_lit(&self, paths: &mut Paths) {
-        let wi = [0, 1, 2].map(|axis| paths.lit.iter().map(|lit| lit.wi[axis] as f32).collect());
-        let wo = |axis: usize| {
-            paths.lit.iter().map(|lit| paths.points[lit.point].wo[axis] as f32).collect()
-        };
-        let densities = self.densities(&wi, &[0, 1, 2].map(wo));
-        for (lit, density) in paths.lit.iter().zip(densities) {
-            let wo = paths.points[lit.point].wo;
-            let density = 0.5 * (lit.lamp.pdf + f64::from(density));
-            paths.pairs.push([lit.wi, wo]);
-            let light = lit.lamp.radiance.map(|radiance| radiance * lit.wi.z / density);
-            paths.light.push((light, lit.point));
-        }
-    }
-
-    /// The surface's densities of pairs.
-    fn densities(&self, wi: &[Vec<f32>; 3], wo: &[Vec<f32>; 3]) -> Vec<f32> {
-        let [mut r, mut g, mut b, mut pdf] = [(); 4].map(|()| vec![0.0; wi[0].len()]);
-        let pairs =
-            Pairs { wi: wi.each_ref().map(Vec::as_slice), wo: wo.each_ref().map(Vec::as_slice) };
-        let weighed =
-            self.surface.eval(&pairs, &mut RgbMut([&mut r, &mut g, &mut b]), &mut pdf);
+    fn connect_lit(&self, paths: &mut Paths) {
+        let Lit { lamps, wi, wo, pdf } = &mut paths.lit;
+        pdf.resize(lamps.len(), 0.0);
+        let weighed = self.surface.pdf(&Pairs { wi: slices(wi), wo: slices(wo) }, pdf);
         weighed.expect("all columns have one length");
-        pdf
+        for ((point, wi, lamp), pdf) in lamps.iter().zip(&*pdf) {
+            let light = lamp.shared_with((*pdf).into(), wi.z);
+            paths.pairs.push([*wi, paths.points[*point].wo]);
+            paths.light.push((light, *point));
+        }
     }
 
     /// Light along directions that the surface draws.
-    fn draw(&self, paths: &mut Paths) {
-        let drawers: Vec<usize> =
-            (0..paths.points.len()).filter(|k| above_horizon(paths.points[*k].wo)).collect();
-        paths.drawn.iter_mut().for_each(|column| column.resize(paths.u[0].len(), 0.0));
-        let [x, y, z, r, g, b, pdf] = &mut paths.drawn;
-        let draws = Draws {
-            wo: paths.wo.each_ref().map(Vec::as_slice),
-            u: paths.u.each_ref().map(Vec::as_slice),
-        };
-        let mut samples = SamplesMut { wi: [x, y, z], weight: [r, g, b], pdf };
-        self.surface.sample(&draws, &mut samples).expect("all columns have one length");
-        for (place, point) in drawers.iter().flat_map(|point| [*point; OF_EACH]).enumerate() {
-            let [x, y, z, _, _, _, pdf] = paths.drawn.each_ref().map(|column| column[place]);
-            let Point { hit, to_world, wo } = paths.points[point];
-            let wi = DVec3::new(x.into(), y.into(), z.into());
-            let to_light = to_world * wi;
-            if pdf <= 0.0 || self.shape.shadows(&hit, to_light) {
-                continue;
+    fn connect_drawn(&self, paths: &mut Paths) {
+        let Drawn { wo, u, wi, weight, pdf } = &mut paths.drawn;
+        let count = u[0].len();
+        wi.iter_mut().chain(&mut *weight).chain([&mut *pdf]).for_each(|c| c.resize(count, 0.0));
+        let drawn = self.surface.sample(
+            &Draws { wo: slices(wo), u: slices(u) },
+            &mut SamplesMut {
+                wi: wi.each_mut().map(Vec::as_mut_slice),
+                weight: weight.each_mut().map(Vec::as_mut_slice),
+                pdf,
+            },
+        );
+        drawn.expect("all columns have one length");
+        let directions = pdf.chunks(OF_EACH).zip(&paths.points).enumerate();
+        for (place, (densities, Point { hit, to_world, wo })) in directions {
+            for (index, pdf) in (place * OF_EACH..).zip(densities) {
+                let wi = DVec3::from(wi.each_ref().map(|column| f64::from(column[index])));
+                let to_light = *to_world * wi;
+                if *pdf > 0.0 && !self.shape.shadows(hit, to_light) {
+                    let lamp = self.environment.look(to_light);
+                    paths.pairs.push([wi, *wo]);
+                    paths.light.push((lamp.shared_with((*pdf).into(), wi.z), place));
+                }
             }
-            let lamp = self.environment.look(to_light);
-            let density = 0.5 * (lamp.pdf + f64::from(pdf));
-            paths.pairs.push([wi, wo]);
-            paths.light.push((lamp.radiance.map(|radiance| radiance * wi.z / density), point));
         }
     }
+}
+
+impl Arriving {
+    /// L cosθi/q, q the mean of this light's density and the surface's.
+    fn shared_with(&self, pdf: f64, cos_theta_i: f64) -> [f64; 3] {
+        let scale = cos_theta_i / (0.5 * (self.pdf + pdf));
+        self.radiance.map(|radiance| radiance * scale)
+    }
+}
+
+fn push(columns: &mut Columns, vector: [f64; 3]) {
+    for (column, component) in columns.iter_mut().zip(vector) {
+        column.push(component as f32);
+    }
+}
+
+fn slices(columns: &Columns) -> [&[f32]; 3] {
+    columns.each_ref().map(Vec::as_slice)
 }
 
 impl Paths {
     fn clear(&mut self) {
         self.points.clear();
-        self.lit.clear();
-        self.wo.iter_mut().chain(&mut self.u).for_each(Vec::clear);
+        self.lit.lamps.clear();
+        let Self { lit, drawn, .. } = self;
+        let columns = [&mut lit.wi, &mut lit.wo, &mut drawn.wo, &mut drawn.u];
+        columns.into_iter().flatten().for_each(Vec::clear);
         self.pairs.clear();
         self.light.clear();
     }
@@ -356,7 +368,11 @@ const R3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_70
 /// Term `index` of a sequence that fills the unit cube evenly whatever its length (Roberts 2018),
 /// from a random start.
 fn spread<const N: usize>(start: [f64; N], step: [f64; N], index: usize) -> [f64; N] {
-    std::array::from_fn(|axis| (start[axis] + index as f64 * step[axis]).fract())
+    std::array::from_fn(|axis| {
+        let term = start[axis] + index as f64 * step[axis];
+        // As `fract`, which is a call on machines without SSE 4.1.
+        term - term as u64 as f64
+    })
 }
 
 #[cfg(test)]

@@ -9,8 +9,11 @@ pub mod albedo;
 pub mod masking;
 pub mod sampler;
 
+mod block;
 mod constants;
 mod kernel;
+mod shares;
+mod squared_slopes;
 
 use glam::Vec3;
 
@@ -177,13 +180,13 @@ mod dispatch {
         }
     });
     per_instruction_set!(sample<A: Fused, baseline Baseline>
-        (sampler: &SamplerBatch, draws: &Draws<'_>, out: &mut SamplesMut<'_>) -> () {
-            sampler.sample_with::<A>(draws, out);
-        });
-    per_instruction_set!(weigh<A: Fused, baseline Baseline>
-        (sampler: &SamplerBatch, pairs: &Pairs<'_>, f: &mut RgbMut<'_>, pdf: &mut [f32]) -> () {
-            sampler.eval_with::<A>(pairs, f, pdf);
-        });
+    (sampler: &SamplerBatch, draws: &Draws<'_>, out: &mut SamplesMut<'_>) -> () {
+        sampler.sample_with::<A>(draws, out);
+    });
+    per_instruction_set!(pdf<A: Fused, baseline Baseline>
+    (sampler: &SamplerBatch, pairs: &Pairs<'_>, pdf: &mut [f32]) -> () {
+        sampler.pdf_with::<A>(pairs, pdf);
+    });
     per_instruction_set!(moments<A: Fused, baseline Fused>
         (lobe: &AlbedoBatch, cos_theta_o: f64) -> FresnelMoments { lobe.at::<A>(cos_theta_o) });
 }

@@ -1,22 +1,31 @@
 //! Many directions at once for a material, in f32: the directions to the viewer and uniform numbers
 //! in; directions to the light, weights and densities out.
 
-use std::f64::consts::FRAC_1_PI;
+use std::f32::consts::FRAC_1_PI;
 
 use crate::brdf::MaskingKind;
-use crate::brdf::batch::constants::Constants;
-use crate::brdf::batch::kernel::{BLOCK, Lanes, SharedBlock};
-use crate::brdf::batch::masking::{BatchMasking, BatchMaskings};
-use crate::brdf::batch::{LengthMismatch, Pairs, RgbMut, SgdBatch, dispatch, same_length};
-use crate::brdf::sampler::MIN_FRESNEL;
+use crate::brdf::batch::block::{BLOCK, Lanes, at, load, store};
+use crate::brdf::batch::kernel::SharedBlock;
+use crate::brdf::batch::masking::{BatchMasking, BatchMaskings, SingleG1Polynomial};
+use crate::brdf::batch::shares::{BELOW_ONE, Choices, DIFFUSE, Shares};
+use crate::brdf::batch::squared_slopes::SquaredSlopes;
+use crate::brdf::batch::{InstructionSet, LengthMismatch, Pairs, SgdBatch, dispatch, same_length};
 use crate::material::{MAX_LOBES, Material};
 use crate::math::arithmetic::{Arithmetic, Separate, ln_1p, max, min, sin_cos_turns};
-use crate::math::chebyshev::{interpolation, nodes};
-use crate::math::instruction_set::InstructionSet;
 use crate::microfacet::{Accuracy, Sgd, VisibleNormals};
 
-/// What directions are drawn from: a direction to the viewer and three uniform numbers in [0, 1) for
-/// each, one slice per component.
+/// What directions are drawn from: a unit direction to the viewer and three uniform numbers in
+/// [0, 1) for each, one slice per component.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::brdf::batch::Draws;
+///
+/// // One draw, towards a viewer above the surface.
+/// let draws = Draws { wo: [&[0.0], &[0.0], &[1.0]], u: [&[0.1], &[0.5], &[0.7]] };
+/// assert_eq!(draws.wo[2].len(), draws.u[0].len());
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Draws<'a> {
     /// Directions to the viewer.
@@ -26,9 +35,13 @@ pub struct Draws<'a> {
 }
 
 /// Where drawn directions go, one slice per component.
+///
+/// # Example
+///
+/// See [`SamplerBatch`].
 #[derive(Debug)]
 pub struct SamplesMut<'a> {
-    /// Directions to the light.
+    /// Unit directions to the light.
     pub wi: [&'a mut [f32]; 3],
     /// f·cosθi/pdf per colour.
     pub weight: [&'a mut [f32]; 3],
@@ -36,9 +49,36 @@ pub struct SamplesMut<'a> {
     pub pdf: &'a mut [f32],
 }
 
-/// Draws directions for a material by its visible normals, many at once: the formulas of
-/// [`Sampler`](crate::brdf::Sampler), whose densities it has within 1e-5.
-#[derive(Clone, Debug)]
+/// Draws directions for a material by its visible normals, many at once.
+///
+/// # Formula
+///
+/// That of [`Sampler`](crate::brdf::Sampler), pdf(wi) = q_d cosθi/π + Σ_j q_j D_j(h) G1_j(wo)/(4 cosθo),
+/// in f32: densities are within 2e-5 of its, weights within 4e-5 of themselves or of 0.01.
+///
+/// # Example
+///
+/// ```
+/// use sgdbake::brdf::batch::{Draws, SamplesMut};
+/// use sgdbake::{MaskingKind, SamplerBatch, named};
+///
+/// let sampler = SamplerBatch::new(named("gold-paint")?, MaskingKind::Exact);
+/// // Two directions for a viewer above the surface, one for a viewer at 53°.
+/// let (x, y, z) = ([0.0, 0.0, 0.8], [0.0; 3], [1.0, 1.0, 0.6]);
+/// let (u, v, w) = ([0.1, 0.4, 0.8], [0.5, 0.2, 0.9], [0.7, 0.3, 0.6]);
+/// let [mut wi, mut weight] = [[[0.0_f32; 3]; 3]; 2];
+/// let mut pdf = [0.0_f32; 3];
+/// let draws = Draws { wo: [&x, &y, &z], u: [&u, &v, &w] };
+/// let mut samples = SamplesMut {
+///     wi: wi.each_mut().map(|axis| &mut axis[..]),
+///     weight: weight.each_mut().map(|colour| &mut colour[..]),
+///     pdf: &mut pdf,
+/// };
+/// sampler.sample(&draws, &mut samples)?;
+/// assert!(pdf[0] > 0.0 && wi[2][0] > 0.0 && weight[0][0] > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
 pub struct SamplerBatch {
     batch: SgdBatch,
     /// G1 of the lobes' own distributions.
@@ -49,13 +89,15 @@ pub struct SamplerBatch {
 }
 
 impl SamplerBatch {
-    /// The sampler of a material on the widest instructions of this machine.
+    /// The sampler of a material on the widest instructions of this machine; `kind` is the masking
+    /// of f. Normals are drawn by the exact one.
     #[must_use]
     pub fn new(material: &Material, kind: MaskingKind) -> Self {
         let lobes = material.lobes().iter();
         let sgd: Vec<Sgd> =
             lobes.map(|lobe| Sgd::new(lobe.alpha(), lobe.p(), Accuracy::Picture)).collect();
-        let normals: Vec<_> = sgd.iter().map(|sgd| VisibleNormals::new(sgd.mixture())).collect();
+        let normals: Vec<VisibleNormals> =
+            sgd.iter().map(|sgd| VisibleNormals::new(sgd.mixture())).collect();
         Self {
             batch: SgdBatch::new(material, kind),
             drawn_g1: BatchMaskings::exact(&sgd),
@@ -72,8 +114,15 @@ impl SamplerBatch {
         self
     }
 
+    /// The instruction set in use.
+    #[must_use]
+    pub fn instruction_set(&self) -> InstructionSet {
+        self.batch.instruction_set()
+    }
+
     /// A direction to the light for each direction to the viewer, with its weights f·cosθi/pdf and its
-    /// density; weights and density are 0 where the draw fell below the horizon.
+    /// density; weights and density are 0, and the direction means nothing, where the draw fell
+    /// below the horizon or the viewer is there.
     ///
     /// # Errors
     ///
@@ -90,20 +139,15 @@ impl SamplerBatch {
         Ok(())
     }
 
-    /// f \[1/sr\] of every pair and the density \[1/sr\] with which [`Self::sample`] draws its wi.
+    /// The density \[1/sr\] with which [`Self::sample`] draws the wi of each pair; 0 below the horizon.
     ///
     /// # Errors
     ///
     /// The slices differ in length; nothing is written.
-    pub fn eval(
-        &self,
-        pairs: &Pairs<'_>,
-        f: &mut RgbMut<'_>,
-        pdf: &mut [f32],
-    ) -> Result<(), LengthMismatch> {
+    pub fn pdf(&self, pairs: &Pairs<'_>, pdf: &mut [f32]) -> Result<(), LengthMismatch> {
         let inputs = pairs.wi.iter().chain(&pairs.wo).map(|slice| slice.len());
-        same_length(inputs.chain(f.0.iter().map(|slice| slice.len())).chain([pdf.len()]))?;
-        dispatch::weigh(self.batch.set, self, pairs, f, pdf);
+        same_length(inputs.chain([pdf.len()]))?;
+        dispatch::pdf(self.batch.set, self, pairs, pdf);
         Ok(())
     }
 
@@ -116,11 +160,9 @@ impl SamplerBatch {
             let count = BLOCK.min(length - start);
             load(&mut blocks.wo, draws.wo, start, count);
             load(&mut blocks.u, draws.u, start, count);
-            for numbers in &mut blocks.u {
-                clamp(numbers);
-            }
+            blocks.u.iter_mut().for_each(clamp);
             self.prepare::<A>(&mut blocks);
-            self.shares.choose(&mut blocks);
+            self.shares.choose(&blocks.u[0], &blocks.shares, &blocks.g1, &mut blocks.choices);
             self.draw::<A>(&mut blocks);
             self.draw_beyond(&mut blocks, count);
             self.weigh::<A>(&mut blocks);
@@ -131,22 +173,18 @@ impl SamplerBatch {
         }
     }
 
-    /// [`Self::eval`] in straight loops.
+    /// [`Self::pdf`] in straight loops.
     #[inline(always)]
-    pub(super) fn eval_with<A: Arithmetic>(
-        &self,
-        pairs: &Pairs<'_>,
-        f: &mut RgbMut<'_>,
-        pdf: &mut [f32],
-    ) {
+    pub(super) fn pdf_with<A: Arithmetic>(&self, pairs: &Pairs<'_>, pdf: &mut [f32]) {
         let mut blocks = Blocks::empty();
         for start in (0..pdf.len()).step_by(BLOCK) {
             let count = BLOCK.min(pdf.len() - start);
             load(&mut blocks.wo, pairs.wo, start, count);
             load(&mut blocks.wi, pairs.wi, start, count);
             self.prepare::<A>(&mut blocks);
-            self.weigh::<A>(&mut blocks);
-            store(&mut f.0, &blocks.values, start, count);
+            // That place costs nothing, and no masking looks at it.
+            blocks.share::<A, SingleG1Polynomial>();
+            self.fill_density::<A>(&mut blocks);
             pdf[start..start + count].copy_from_slice(&blocks.pdf[..count]);
         }
     }
@@ -154,61 +192,60 @@ impl SamplerBatch {
     /// G1(wo) of the normals that are drawn, and the shares of the techniques.
     #[inline(always)]
     fn prepare<A: Arithmetic>(&self, blocks: &mut Blocks) {
+        let Blocks { wo, g1, shares, .. } = blocks;
         match &self.drawn_g1 {
-            BatchMaskings::Exact(m) => drawn_g1::<A, _>(m, blocks),
-            BatchMaskings::Tabulated(m) => drawn_g1::<A, _>(m, blocks),
-            // Normals are drawn from the distribution itself.
-            BatchMaskings::Fitted(_) => {}
+            BatchMaskings::Exact(m) => fill_g1::<A, _>(m, wo, g1),
+            BatchMaskings::Tabulated(m) => fill_g1::<A, _>(m, wo, g1),
+            BatchMaskings::Fitted(m) => fill_g1::<A, _>(m, wo, g1),
         }
-        self.shares.fill(blocks);
+        self.shares.fill(&wo[2], shares);
     }
 
     /// A direction by the technique of each draw.
     #[inline(always)]
     fn draw<A: Arithmetic>(&self, blocks: &mut Blocks) {
+        let Blocks { wo, u, choices, wi, .. } = blocks;
         for i in 0..BLOCK {
-            let lobe = blocks.technique[i];
-            let wo = at(&blocks.wo, i);
-            let g1 = blocks.g1_chosen[i];
-            let (u, v) = (blocks.u[1][i], blocks.u[2][i]);
+            let technique = choices.technique[i];
+            let wo = at(wo, i);
+            let (u, v) = (u[1][i], u[2][i]);
             let (sin, cos) = sin_cos_turns::<A>(v);
 
             // Not −0, whose bits are those of a number below all others.
             let e = max(-ln_1p::<A>(-u), 0.0);
-            let length = self.squared_slopes.at(lobe, e).sqrt();
+            let length = self.squared_slopes.at(technique, e).sqrt();
             let (along, across) = (length * cos, length * sin);
             let sin_o = A::mul_add(wo[0], wo[0], wo[1] * wo[1]).sqrt();
-            let mirrored = blocks.choice[i] * wo[2] < -along * sin_o * g1;
+            // With the probability t |x|: the place in G1 is a uniform number.
+            let mirrored = choices.place[i] * wo[2] < -along * sin_o * choices.g1[i];
             let along = if mirrored { -along } else { along };
             let reflected = reflect::<A>(wo, sin_o, along, across);
 
             let radius = u.sqrt();
             let diffuse = [radius * cos, radius * sin, (1.0 - u).sqrt()];
-            blocks.wi[0][i] = if lobe == DIFFUSE { diffuse[0] } else { reflected[0] };
-            blocks.wi[1][i] = if lobe == DIFFUSE { diffuse[1] } else { reflected[1] };
-            blocks.wi[2][i] = if lobe == DIFFUSE { diffuse[2] } else { reflected[2] };
+            wi[0][i] = if technique == DIFFUSE { diffuse[0] } else { reflected[0] };
+            wi[1][i] = if technique == DIFFUSE { diffuse[1] } else { reflected[1] };
+            wi[2][i] = if technique == DIFFUSE { diffuse[2] } else { reflected[2] };
         }
     }
 
     /// The draws that the mirrored slopes do not cover, one after another: a twentieth over the
     /// hemisphere.
     fn draw_beyond(&self, blocks: &mut Blocks, count: usize) {
-        for i in 0..count {
-            let (lobe, choice) = (blocks.technique[i] as usize, f64::from(blocks.choice[i]));
-            if blocks.choice[i] < blocks.g1_chosen[i] {
-                continue;
-            }
-            let Some(normals) = self.normals.get(lobe) else { continue };
-            let wo = at(&blocks.wo, i);
+        let Blocks { wo, u, choices, wi, .. } = blocks;
+        for i in (0..count).filter(|i| choices.place[*i] >= choices.g1[*i]) {
+            let Some(normals) = self.normals.get(choices.technique[i] as usize) else { continue };
+            let wo = at(wo, i);
             let sin_o = wo[0].hypot(wo[1]);
             let cot = f64::from(wo[2] / sin_o);
             let g1 = normals.g1(cot);
-            let place = ((choice - g1) / (1.0 - g1)).clamp(0.0, 1.0 - f64::EPSILON);
-            let [u, v] = [blocks.u[1][i], blocks.u[2][i]].map(f64::from);
-            let slope = normals.beyond(cot, g1.recip() - 1.0, [place, u, v]).as_vec2();
-            let wi = reflect::<Separate>(wo, sin_o, slope.x, slope.y);
-            for axis in 0..3 {
-                blocks.wi[axis][i] = wi[axis];
+            let place = (f64::from(choices.place[i]) - g1) / (1.0 - g1);
+            let [u, v] = [u[1][i], u[2][i]].map(f64::from);
+            let numbers = [place.clamp(0.0, BELOW_ONE.into()), u, v];
+            let slope = normals.beyond(cot, g1.recip() - 1.0, numbers).as_vec2();
+            let reflected = reflect::<Separate>(wo, sin_o, slope.x, slope.y);
+            for (wi, reflected) in wi.iter_mut().zip(reflected) {
+                wi[i] = reflected;
             }
         }
     }
@@ -216,17 +253,55 @@ impl SamplerBatch {
     /// f and the density of wi.
     #[inline(always)]
     fn weigh<A: Arithmetic>(&self, blocks: &mut Blocks) {
-        let constants = &self.batch.constants;
         match &self.batch.maskings {
-            BatchMaskings::Exact(m) => weigh::<A, _>(constants, m, blocks),
-            BatchMaskings::Tabulated(m) => weigh::<A, _>(constants, m, blocks),
-            BatchMaskings::Fitted(m) => weigh::<A, _>(constants, m, blocks),
+            BatchMaskings::Exact(m) => self.weigh_by::<A, _>(m, blocks),
+            BatchMaskings::Tabulated(m) => self.weigh_by::<A, _>(m, blocks),
+            BatchMaskings::Fitted(m) => self.weigh_by::<A, _>(m, blocks),
         }
     }
-}
 
-/// The technique that is no lobe.
-const DIFFUSE: u32 = MAX_LOBES as u32;
+    #[inline(always)]
+    fn weigh_by<A: Arithmetic, M: BatchMasking>(&self, maskings: &[M], blocks: &mut Blocks) {
+        blocks.share::<A, M>();
+        self.fill_density::<A>(blocks);
+        let Blocks { shared, shapes, values, .. } = blocks;
+        // An array of its own: the vectoriser must see that it shares no memory with a lobe's.
+        let mut visibilities = [0.0; BLOCK];
+        for (masking, shape) in maskings.iter().zip(&mut *shapes) {
+            masking.visibilities::<A>(&shared.masking_i, &shared.masking_o, &mut visibilities);
+            for (shape, visibility) in shape.iter_mut().zip(&visibilities) {
+                *shape *= visibility;
+            }
+        }
+        self.batch.constants.colour::<A>(shared, shapes, values);
+        for values in values {
+            shared.clear_hidden(values);
+        }
+    }
+
+    /// q_d cosθi/π + Σ q D G1(wo)/(4 cosθo); leaves D of each lobe in `shapes`.
+    #[inline(always)]
+    fn fill_density<A: Arithmetic>(&self, blocks: &mut Blocks) {
+        let Blocks { wi: [_, _, iz], wo: [_, _, oz], shared, shapes, pdf, shares, g1, .. } = blocks;
+        let [shares @ .., diffuse] = shares;
+        for i in 0..BLOCK {
+            pdf[i] = diffuse[i] * iz[i] * FRAC_1_PI;
+        }
+        let (mut ndf, drawn) = ([0.0; BLOCK], shares.iter().zip(g1));
+        for ((lobe, (share, g1)), shape) in self.batch.constants.lobes.iter().zip(drawn).zip(shapes)
+        {
+            let lobe = *lobe;
+            for (i, ndf) in ndf.iter_mut().enumerate() {
+                *ndf = lobe.ndf::<A>(shared.normal(i));
+            }
+            for i in 0..BLOCK {
+                pdf[i] += 0.25 * share[i] * (g1[i] / oz[i]) * ndf[i];
+            }
+            *shape = ndf;
+        }
+        shared.clear_hidden(pdf);
+    }
+}
 
 /// A block of draws on its way.
 struct Blocks {
@@ -236,13 +311,10 @@ struct Blocks {
     shares: [Lanes; MAX_LOBES + 1],
     /// G1(wo) of each lobe's normals.
     g1: [Lanes; MAX_LOBES],
-    /// The technique of each draw, and where in its share the draw fell, in [0, 1).
-    technique: [u32; BLOCK],
-    choice: Lanes,
-    /// G1(wo) of the chosen lobe; 1 for diffuse.
-    g1_chosen: Lanes,
+    choices: Choices,
     wi: [Lanes; 3],
     shared: SharedBlock,
+    /// D of each lobe, then D (G1(wi)/cosθi) (G1(wo)/cosθo).
     shapes: [Lanes; MAX_LOBES],
     values: [Lanes; 3],
     pdf: Lanes,
@@ -257,15 +329,19 @@ impl Blocks {
             u: [empty; 3],
             shares: [empty; MAX_LOBES + 1],
             g1: [empty; MAX_LOBES],
-            technique: [0; BLOCK],
-            choice: empty,
-            g1_chosen: empty,
+            choices: Choices::empty(),
             wi: [empty; 3],
             shared: SharedBlock::empty(),
             shapes: [empty; MAX_LOBES],
             values: [empty; 3],
             pdf: empty,
         }
+    }
+
+    /// What the lobes share of each pair.
+    #[inline(always)]
+    fn share<A: Arithmetic, M: BatchMasking>(&mut self) {
+        self.shared.fill::<A, M>(self.wi.each_ref(), self.wo.each_ref());
     }
 
     /// f to f·cosθi/pdf.
@@ -280,34 +356,11 @@ impl Blocks {
     }
 }
 
-#[inline(always)]
-fn load<const N: usize>(lanes: &mut [Lanes; N], from: [&[f32]; N], start: usize, count: usize) {
-    for (lanes, from) in lanes.iter_mut().zip(from) {
-        if count < BLOCK {
-            *lanes = [0.0; BLOCK];
-        }
-        lanes[..count].copy_from_slice(&from[start..start + count]);
-    }
-}
-
-#[inline(always)]
-fn store<const N: usize>(to: &mut [&mut [f32]; N], lanes: &[Lanes; N], start: usize, count: usize) {
-    for (to, lanes) in to.iter_mut().zip(lanes) {
-        to[start..start + count].copy_from_slice(&lanes[..count]);
-    }
-}
-
-/// Not a closure over the axes: those stay calls, and a loop with a call is no vector loop.
-#[inline(always)]
-fn at([x, y, z]: &[Lanes; 3], i: usize) -> [f32; 3] {
-    [x[i], y[i], z[i]]
-}
-
 /// Into [0, 1): a number in f64 may have been rounded to 1.
 #[inline(always)]
 fn clamp(numbers: &mut Lanes) {
     for u in numbers {
-        *u = max(min(*u, 1.0 - f32::EPSILON / 2.0), 0.0);
+        *u = max(min(*u, BELOW_ONE), 0.0);
     }
 }
 
@@ -323,198 +376,16 @@ fn reflect<A: Arithmetic>(wo: [f32; 3], sin_o: f32, along: f32, across: f32) -> 
     [A::mul_add(twice, x, -wo[0]), A::mul_add(twice, y, -wo[1]), twice - wo[2]]
 }
 
+/// G1(wo) of each lobe.
 #[inline(always)]
-fn drawn_g1<A: Arithmetic, M: BatchMasking>(maskings: &[M], blocks: &mut Blocks) {
-    for (masking, g1) in maskings.iter().zip(&mut blocks.g1) {
-        for i in 0..BLOCK {
-            g1[i] = masking.g1::<A>(M::place::<A>(at(&blocks.wo, i)));
-        }
-    }
-}
-
-#[inline(always)]
-fn weigh<A: Arithmetic, M: BatchMasking>(
-    constants: &Constants,
+fn fill_g1<A: Arithmetic, M: BatchMasking>(
     maskings: &[M],
-    blocks: &mut Blocks,
+    wo: &[Lanes; 3],
+    g1: &mut [Lanes; MAX_LOBES],
 ) {
-    let Blocks { wi, wo, shared, shapes, values, pdf, shares, g1, .. } = blocks;
-    // Arrays of their own: the vectoriser must see that they share no memory with a lobe's.
-    let [mut ndf, mut factor] = [[0.0; BLOCK]; 2];
-    let ([ix, iy, iz], [ox, oy, oz]) = (&*wi, &*wo);
-    shared.fill::<A, M>([ix, iy, iz], [ox, oy, oz]);
-    let [of_lobes @ .., diffuse] = &*shares;
-    for i in 0..BLOCK {
-        pdf[i] = diffuse[i] * iz[i] * std::f32::consts::FRAC_1_PI;
-    }
-    let of_lobes = of_lobes.iter().zip(&*g1).zip(&mut *shapes);
-    for ((lobe, masking), ((share, g1), shape)) in
-        constants.lobes.iter().zip(maskings).zip(of_lobes)
-    {
-        masking.visibilities::<A>(&shared.masking_i, &shared.masking_o, shape);
-        for i in 0..BLOCK {
-            factor[i] = 0.25 * share[i] * (g1[i] / oz[i]);
+    for (masking, g1) in maskings.iter().zip(g1) {
+        for (i, g1) in g1.iter_mut().enumerate() {
+            *g1 = masking.g1::<A>(M::place::<A>(at(wo, i)));
         }
-        let lobe = *lobe;
-        for (i, ndf) in ndf.iter_mut().enumerate() {
-            *ndf = lobe.ndf::<A>(shared.normal(i));
-        }
-        for i in 0..BLOCK {
-            shape[i] *= ndf[i];
-            pdf[i] += factor[i] * ndf[i];
-        }
-    }
-    constants.colour::<A>(shared, shapes, values);
-    for values in values {
-        shared.clear_hidden(values);
-    }
-    shared.clear_hidden(pdf);
-}
-
-/// What the shares of the techniques depend on.
-#[derive(Clone, Debug)]
-struct Shares {
-    lobes: Vec<[ShareOfColour; 3]>,
-    diffuse: f32,
-    /// The last technique that is ever chosen.
-    last: u32,
-}
-
-/// 4ρs/π and the Fresnel curve of a colour, as (f0 − f1) + (1 − f0) ε⁵ + f1 ε.
-#[derive(Clone, Copy, Debug)]
-struct ShareOfColour {
-    scale: f32,
-    normal: f32,
-    schlick: f32,
-    f1: f32,
-}
-
-impl ShareOfColour {
-    /// 4ρs/π (|F| + a little) at ε = 1 − cosθo.
-    #[inline(always)]
-    fn share(&self, e: f32, e5: f32) -> f32 {
-        let fresnel = self.normal + self.schlick * e5 + self.f1 * e;
-        self.scale * (fresnel.abs() + MIN_FRESNEL as f32)
-    }
-}
-
-impl Shares {
-    fn new(material: &Material) -> Self {
-        let lobes: Vec<_> = material
-            .lobes()
-            .iter()
-            .map(|lobe| {
-                let colour = |c: usize| ShareOfColour {
-                    scale: (4.0 * FRAC_1_PI * lobe.rho_s()[c]) as f32,
-                    normal: (lobe.f0()[c] - lobe.f1()[c]) as f32,
-                    schlick: (1.0 - lobe.f0()[c]) as f32,
-                    f1: lobe.f1()[c] as f32,
-                };
-                [0, 1, 2].map(colour)
-            })
-            .collect();
-        let diffuse = material.rho_d().iter().sum::<f64>() as f32;
-        let coloured = |lobe: &[ShareOfColour; 3]| lobe.iter().any(|colour| colour.scale > 0.0);
-        match lobes.iter().rposition(coloured) {
-            Some(last) if diffuse == 0.0 => Self { lobes, diffuse, last: last as u32 },
-            None if diffuse == 0.0 => Self { lobes, diffuse: 1.0, last: DIFFUSE },
-            _ => Self { lobes, diffuse, last: DIFFUSE },
-        }
-    }
-
-    /// q(wo) of the lobes and of diffuse.
-    #[inline(always)]
-    fn fill(&self, blocks: &mut Blocks) {
-        blocks.shares[MAX_LOBES] = [self.diffuse; BLOCK];
-        for (lobe, shares) in self.lobes.iter().zip(&mut blocks.shares) {
-            for i in 0..BLOCK {
-                let e = max(1.0 - blocks.wo[2][i], 0.0);
-                let (e2, [r, g, b]) = (e * e, lobe);
-                let e5 = e2 * e2 * e;
-                shares[i] = r.share(e, e5) + g.share(e, e5) + b.share(e, e5);
-            }
-        }
-        let [a, b, c, d] = &mut blocks.shares;
-        for i in 0..BLOCK {
-            let inverse = 1.0 / (a[i] + b[i] + c[i] + d[i]);
-            a[i] *= inverse;
-            b[i] *= inverse;
-            c[i] *= inverse;
-            d[i] *= inverse;
-        }
-    }
-
-    /// The technique that the first uniform number falls to, and where in its share.
-    #[inline(always)]
-    fn choose(&self, blocks: &mut Blocks) {
-        let (last, [a, b, c, d], [g1_a, g1_b, g1_c]) = (self.last, &blocks.shares, &blocks.g1);
-        for i in 0..BLOCK {
-            let u = blocks.u[0][i];
-            let (to_a, to_b, to_c) = (a[i], a[i] + b[i], a[i] + b[i] + c[i]);
-            let chosen = u32::from(u >= to_a) + u32::from(u >= to_b) + u32::from(u >= to_c);
-            let chosen = chosen.min(last);
-            let start = of(chosen, [0.0, to_a, to_b, to_c]);
-            let share = of(chosen, [a[i], b[i], c[i], d[i]]);
-            blocks.technique[i] = chosen;
-            blocks.choice[i] = min((u - start) / share, 1.0 - f32::EPSILON / 2.0);
-            blocks.g1_chosen[i] = of(chosen, [g1_a[i], g1_b[i], g1_c[i], 1.0]);
-        }
-    }
-}
-
-/// The value of the chosen technique, by selects.
-#[inline(always)]
-fn of(chosen: u32, [a, b, c, d]: [f32; MAX_LOBES + 1]) -> f32 {
-    let low = if chosen == 0 { a } else { b };
-    let high = if chosen == 2 { c } else { d };
-    if chosen < 2 { low } else { high }
-}
-
-/// Pieces of a lobe's table.
-const PIECES: usize = 256;
-
-/// The squared length x of a slope against e = −ln of the share of longer slopes, for each lobe: x/e as
-/// piecewise cubics, eight an octave of e.
-#[derive(Clone, Debug)]
-struct SquaredSlopes(Box<[[f32; 4]; (MAX_LOBES + 1) * PIECES]>);
-
-impl SquaredSlopes {
-    /// log₂ of the pieces per octave.
-    const FINENESS: u32 = 3;
-    /// log₂ of the least e with a piece of its own: half of what a uniform f32 tells from 0.
-    const LOWEST: i32 = -25;
-    const SHIFT: u32 = 23 - Self::FINENESS;
-
-    fn new(normals: &[VisibleNormals]) -> Self {
-        let fit = interpolation::<4>();
-        let mut table = Box::new([[0.0; 4]; (MAX_LOBES + 1) * PIECES]);
-        for (normals, pieces) in normals.iter().zip(table.chunks_exact_mut(PIECES)) {
-            for (index, piece) in pieces.iter_mut().enumerate() {
-                let octave = Self::LOWEST + (index >> Self::FINENESS) as i32;
-                let width = f64::from(octave - Self::FINENESS as i32).exp2();
-                let place = (index & ((1 << Self::FINENESS) - 1)) as f64;
-                let start = f64::from(octave).exp2() + place * width;
-                let values = nodes::<4>().map(|v| {
-                    // Beyond the last share that a uniform number has.
-                    let e = (start + 0.5 * width * (v + 1.0)).min(36.0);
-                    normals.squared_slope(e) / e
-                });
-                *piece = (fit * nalgebra::SVector::from(values)).map(|c| c as f32).into();
-            }
-        }
-        Self(table)
-    }
-
-    /// x of lobe `lobe`; 0 for diffuse.
-    #[inline(always)]
-    fn at(&self, lobe: u32, e: f32) -> f32 {
-        let first = ((127 + Self::LOWEST) as u32) << 23;
-        let offset = (e.to_bits().cast_signed() - first.cast_signed()).max(0).cast_unsigned();
-        let piece = (offset >> Self::SHIFT).min(PIECES as u32 - 1);
-        let index = (lobe.min(DIFFUSE) * PIECES as u32 + piece) as usize;
-        let [c0, c1, c2, c3] = self.0[index];
-        let within = (offset & ((1 << Self::SHIFT) - 1)).cast_signed() as f32;
-        let v = 2.0 * (within * f32::from_bits((127 - Self::SHIFT) << 23)) - 1.0;
-        e * (c0 + v * (c1 + v * (c2 + v * c3)))
     }
 }
