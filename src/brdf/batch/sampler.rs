@@ -95,7 +95,7 @@ impl SamplerBatch {
     pub fn new(material: &Material, kind: MaskingKind) -> Self {
         let lobes = material.lobes().iter();
         let sgd: Vec<Sgd> =
-            lobes.map(|lobe| Sgd::new(lobe.alpha(), lobe.p(), Accuracy::Picture)).collect();
+            lobes.map(|lobe| Sgd::new(lobe.alpha(), lobe.p(), Accuracy::Table)).collect();
         let normals: Vec<VisibleNormals> =
             sgd.iter().map(|sgd| VisibleNormals::new(sgd.mixture())).collect();
         Self {
@@ -196,7 +196,8 @@ impl SamplerBatch {
         match &self.drawn_g1 {
             BatchMaskings::Exact(m) => fill_g1::<A, _>(m, wo, g1),
             BatchMaskings::Tabulated(m) => fill_g1::<A, _>(m, wo, g1),
-            BatchMaskings::Fitted(m) => fill_g1::<A, _>(m, wo, g1),
+            // Normals are drawn from the distribution itself.
+            BatchMaskings::Fitted(_) => {}
         }
         self.shares.fill(&wo[2], shares);
     }
@@ -383,9 +384,12 @@ fn fill_g1<A: Arithmetic, M: BatchMasking>(
     wo: &[Lanes; 3],
     g1: &mut [Lanes; MAX_LOBES],
 ) {
+    // An array of its own: the vectoriser must see that it shares no memory with the maskings.
+    let mut of_lobe = [0.0; BLOCK];
     for (masking, g1) in maskings.iter().zip(g1) {
-        for (i, g1) in g1.iter_mut().enumerate() {
+        for (i, g1) in of_lobe.iter_mut().enumerate() {
             *g1 = masking.g1::<A>(M::place::<A>(at(wo, i)));
         }
+        *g1 = of_lobe;
     }
 }

@@ -81,7 +81,9 @@ impl Shares {
     #[inline(always)]
     pub fn fill(&self, cos_theta_o: &Lanes, shares: &mut [Lanes; MAX_LOBES + 1]) {
         shares[MAX_LOBES] = [self.diffuse; BLOCK];
-        for ([r, g, b], shares) in self.lobes.iter().zip(&mut *shares) {
+        for (lobe, shares) in self.lobes.iter().zip(&mut *shares) {
+            // Not through the reference: the vectoriser must see that no share overwrites it.
+            let [r, g, b] = *lobe;
             for i in 0..BLOCK {
                 let e = max(1.0 - cos_theta_o[i], 0.0);
                 let e2 = e * e;
