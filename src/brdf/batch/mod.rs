@@ -24,7 +24,7 @@ use crate::brdf::batch::masking::{BatchMaskings, FittedG1};
 pub use crate::brdf::batch::sampler::{Draws, SamplerBatch, SamplesMut};
 use crate::brdf::{LobeCurves, MaskingKind, Terms};
 use crate::material::Material;
-use crate::math::arithmetic::{Fused, Separate};
+use crate::math::arithmetic::Fused;
 pub use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::per_instruction_set;
 use crate::microfacet::{Accuracy, FittedMasking, Sgd};
@@ -153,7 +153,7 @@ mod dispatch {
     #[cfg(target_arch = "aarch64")]
     type Baseline = Fused;
     #[cfg(not(target_arch = "aarch64"))]
-    type Baseline = Separate;
+    type Baseline = crate::math::arithmetic::Separate;
 
     per_instruction_set!(eval<A: Fused, baseline Baseline>
     (batch: &SgdBatch, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> () {
