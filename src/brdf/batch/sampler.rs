@@ -349,9 +349,9 @@ impl Blocks {
     #[inline(always)]
     fn divide(&mut self) {
         for values in &mut self.values {
-            for i in 0..BLOCK {
-                let weight = values[i] * (self.wi[2][i] / self.pdf[i]);
-                values[i] = if self.pdf[i] > 0.0 { weight } else { 0.0 };
+            for (i, value) in values.iter_mut().enumerate() {
+                let weight = *value * (self.wi[2][i] / self.pdf[i]);
+                *value = if self.pdf[i] > 0.0 { weight } else { 0.0 };
             }
         }
     }
