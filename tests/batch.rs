@@ -10,7 +10,9 @@ use rand_pcg::Pcg64Mcg;
 use sgdbake::brdf::batch::{
     Draws, InstructionSet, LengthMismatch, Pairs, RgbMut, SamplerBatch, SamplesMut, SgdBatch,
 };
-use sgdbake::brdf::{MaskingKind, Reflectance as _, Sample as _, Sampler, SgdBrdf, Strategy};
+use sgdbake::brdf::{
+    MaskingKind, Reflectance as _, Sample as _, Sampler, SgdBrdf, Strategy, directional_albedo,
+};
 use sgdbake::material::{Material, catalog, find};
 use sgdbake::math::direction::{cos_sin_degrees, from_cos_sin};
 use sgdbake::microfacet::Accuracy;
@@ -242,6 +244,31 @@ fn is_near(exact: &Sampler, batch: &Drawn, i: usize) -> bool {
     let [Some(before), Some(same), Some(after)] = near else { return batch.pdf[i] == 0.0 };
     let rounding = same.distance(before).max(same.distance(after));
     same.distance(batch.wi[i].as_dvec3()) < 1e-3 + rounding
+}
+
+/// No bias: the mean of many weights is the albedo, within five standard errors.
+#[test]
+fn weights_average_to_the_albedo() {
+    const DRAWS: usize = 200_000;
+    let gold = find("gold-paint").expect("catalogue").material.clone();
+    let chrome = find("chrome").expect("catalogue").material.clone();
+    for material in [gold, chrome].into_iter().chain(shared_lobes()) {
+        let brdf = SgdBrdf::new(&material, MaskingKind::Exact);
+        let sampler = SamplerBatch::new(&material, MaskingKind::Exact);
+        for theta in [0.0, 50.0, 80.0] {
+            let (cos, sin) = cos_sin_degrees(theta);
+            let (_, u) = many_draws(DRAWS);
+            let batch = drawn(&sampler, vec![from_cos_sin(cos, sin, 0.3).as_vec3(); DRAWS], u);
+            for (c, albedo) in directional_albedo(&brdf, cos).into_iter().enumerate() {
+                let weights = batch.weight.iter().map(|weight| f64::from(weight[c]));
+                let mean = weights.clone().sum::<f64>() / DRAWS as f64;
+                let variance = weights.map(|weight| (weight - mean).powi(2)).sum::<f64>()
+                    / (DRAWS * (DRAWS - 1)) as f64;
+                let error = (mean - albedo).abs() / (variance.sqrt() + 1e-5 * albedo);
+                assert!(error < 5.0, "{} {theta}°: {mean} {albedo}: {error}", material.name);
+            }
+        }
+    }
 }
 
 #[test]
