@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use crate::brdf::batch::block::{BLOCK, Lanes};
 use crate::brdf::batch::constants::{
     Constants, FresnelAt, FresnelConstants, LobeConstants, NormalAt,
 };
@@ -11,13 +12,6 @@ use crate::brdf::batch::{Pairs, RgbMut};
 use crate::brdf::{LobeCurves, LobeTerms, Terms};
 use crate::material::MAX_LOBES;
 use crate::math::arithmetic::{Arithmetic, max, min};
-
-/// Pairs that go through the formula together; every block is full, the last one padded, so a
-/// pair's result does not depend on its place in a slice.
-pub const BLOCK: usize = 128;
-
-/// A value for each pair of a block.
-pub type Lanes = [f32; BLOCK];
 
 /// The quantities of one pair that all lobes share.
 #[derive(Clone, Copy, Debug)]
@@ -117,6 +111,14 @@ impl SharedBlock {
         }
     }
 
+    /// 0 where a direction is not above the horizon; saturated elsewhere.
+    #[inline(always)]
+    pub(super) fn clear_hidden(&self, values: &mut Lanes) {
+        for (value, visible) in values.iter_mut().zip(&self.visible) {
+            *value = if *visible != 0 { saturated(*value) } else { 0.0 };
+        }
+    }
+
     #[inline(always)]
     fn fresnel(&self, i: usize) -> FresnelAt {
         FresnelAt { e: self.e[i], e5: self.e5[i] }
@@ -126,7 +128,7 @@ impl SharedBlock {
 impl Constants {
     /// f of a block of pairs; `shapes` are D (G1(wi)/cosθi) (G1(wo)/cosθo) of the lobes.
     #[inline(always)]
-    fn colour<A: Arithmetic>(
+    pub(super) fn colour<A: Arithmetic>(
         &self,
         shared: &SharedBlock,
         shapes: &[Lanes; MAX_LOBES],

@@ -7,9 +7,13 @@
 
 pub mod albedo;
 pub mod masking;
+pub mod sampler;
 
+mod block;
 mod constants;
 mod kernel;
+mod shares;
+mod squared_slopes;
 
 use glam::Vec3;
 
@@ -17,9 +21,10 @@ use crate::brdf::albedo::FresnelMoments;
 use crate::brdf::batch::albedo::AlbedoBatch;
 use crate::brdf::batch::constants::Constants;
 use crate::brdf::batch::masking::{BatchMaskings, FittedG1};
+pub use crate::brdf::batch::sampler::{Draws, SamplerBatch, SamplesMut};
 use crate::brdf::{LobeCurves, MaskingKind, Terms};
 use crate::material::Material;
-use crate::math::arithmetic::{Fused, Separate};
+use crate::math::arithmetic::Fused;
 pub use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::per_instruction_set;
 use crate::microfacet::{Accuracy, FittedMasking, Sgd};
@@ -151,7 +156,7 @@ mod dispatch {
     #[cfg(target_arch = "aarch64")]
     type Baseline = Fused;
     #[cfg(not(target_arch = "aarch64"))]
-    type Baseline = Separate;
+    type Baseline = crate::math::arithmetic::Separate;
 
     per_instruction_set!(eval<A: Fused, baseline Baseline>
     (batch: &SgdBatch, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> () {
@@ -176,6 +181,14 @@ mod dispatch {
             BatchMaskings::Tabulated(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
             BatchMaskings::Fitted(m) => kernel::curves::<A, _>(&batch.constants, m, cos, sin),
         }
+    });
+    per_instruction_set!(sample<A: Fused, baseline Baseline>
+    (sampler: &SamplerBatch, draws: &Draws<'_>, out: &mut SamplesMut<'_>) -> () {
+        sampler.sample_with::<A>(draws, out);
+    });
+    per_instruction_set!(pdf<A: Fused, baseline Baseline>
+    (sampler: &SamplerBatch, pairs: &Pairs<'_>, pdf: &mut [f32]) -> () {
+        sampler.pdf_with::<A>(pairs, pdf);
     });
     // Fused in software where need be: an albedo texture has the same bits everywhere.
     per_instruction_set!(moments<A: Fused, baseline Fused>
