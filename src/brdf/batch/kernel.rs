@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use crate::brdf::batch::block::{BLOCK, Lanes};
 use crate::brdf::batch::constants::{
     Constants, FresnelAt, FresnelConstants, LobeConstants, NormalAt,
 };
@@ -11,13 +12,6 @@ use crate::brdf::batch::{Pairs, RgbMut};
 use crate::brdf::{LobeCurves, LobeTerms, Terms};
 use crate::material::MAX_LOBES;
 use crate::math::arithmetic::{Arithmetic, max, min};
-
-/// Pairs that go through the formula together; every block is full, the last one padded, so a
-/// pair's result does not depend on its place in a slice.
-pub const BLOCK: usize = 128;
-
-/// A value for each pair of a block.
-pub type Lanes = [f32; BLOCK];
 
 /// The quantities of one pair that all lobes share.
 #[derive(Clone, Copy, Debug)]

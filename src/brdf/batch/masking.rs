@@ -1,6 +1,6 @@
 //! Masking in f32: the published fit in closed form, the exact one as a polynomial or a table.
 
-use crate::brdf::batch::kernel::{BLOCK, Lanes};
+use crate::brdf::batch::block::{BLOCK, Lanes};
 use crate::math::arithmetic::{Arithmetic, Separate, atan2, exp_m1, ln_1p, max, min};
 use crate::math::direction::cot_of_cos;
 use crate::microfacet::{
