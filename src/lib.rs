@@ -106,7 +106,8 @@
 //!
 //! # Precision
 //!
-//! `f64` is the reference. [`SgdBatch`] evaluates slices in `f32` and is measured against it.
+//! `f64` is the reference. [`SgdBatch`] evaluates slices in `f32`, [`SamplerBatch`] draws as many
+//! directions, and both are measured against it.
 //!
 //! # Features
 //!
@@ -140,8 +141,8 @@ pub use glam::DVec3;
 
 #[doc(inline)]
 pub use crate::brdf::{
-    Brdf, GltfBrdf, Lobe, MaskingKind, Reflectance, Sample, Sampler, SgdBatch, SgdBrdf, Strategy,
-    directional_albedo,
+    Brdf, GltfBrdf, Lobe, MaskingKind, Reflectance, Sample, Sampler, SamplerBatch, SgdBatch,
+    SgdBrdf, Strategy, directional_albedo,
 };
 #[doc(inline)]
 pub use crate::fit::{

@@ -10,7 +10,8 @@ use crate::cli::input::check_regular;
 use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection::Subjects;
-use sgdbake::brdf::{Reflectance, Sampler};
+use sgdbake::brdf::Reflectance;
+use sgdbake::brdf::batch::SamplerBatch;
 use sgdbake::measurement::{Filled, Measurement};
 use sgdbake::preview::environment::EnvironmentError;
 use sgdbake::preview::render::{Quality, Render, drawn_from, drawn_like, render};
@@ -139,7 +140,7 @@ struct Studio<'a> {
 
 impl Studio<'_> {
     /// The picture of a reflectance, the directions drawn from `surface`.
-    fn picture(&self, surface: &Sampler, shown: &dyn Reflectance) -> Render {
+    fn picture(&self, surface: &SamplerBatch, shown: &dyn Reflectance) -> Render {
         let Self { shape, environment, quality, bar } = self;
         let [picture] = render(shape, environment, surface, [shown], *quality, &|| bar.inc(1));
         picture

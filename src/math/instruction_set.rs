@@ -100,6 +100,7 @@ macro_rules! per_instruction_set {
                 $body
             }
 
+            #[cfg(target_arch = "x86_64")]
             use $crate::math::instruction_set::InstructionSet;
             match set {
                 // SAFETY: sets are only held where this machine was found to have them.

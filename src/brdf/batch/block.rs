@@ -6,3 +6,35 @@ pub const BLOCK: usize = 128;
 
 /// A value for each pair of a block.
 pub type Lanes = [f32; BLOCK];
+
+/// `count` values from `start` of each slice, then zeros.
+#[inline(always)]
+pub fn load<const N: usize>(lanes: &mut [Lanes; N], from: [&[f32]; N], start: usize, count: usize) {
+    for (lanes, from) in lanes.iter_mut().zip(from) {
+        if count < BLOCK {
+            *lanes = [0.0; BLOCK];
+        }
+        lanes[..count].copy_from_slice(&from[start..start + count]);
+    }
+}
+
+/// The first `count` values to `start` of each slice.
+#[inline(always)]
+pub fn store<const N: usize>(
+    to: &mut [&mut [f32]; N],
+    lanes: &[Lanes; N],
+    start: usize,
+    count: usize,
+) {
+    for (to, lanes) in to.iter_mut().zip(lanes) {
+        to[start..start + count].copy_from_slice(&lanes[..count]);
+    }
+}
+
+/// The direction of pair `i`.
+///
+/// Not a closure over the axes: those stay calls, and a loop with a call is no vector loop.
+#[inline(always)]
+pub fn at([x, y, z]: &[Lanes; 3], i: usize) -> [f32; 3] {
+    [x[i], y[i], z[i]]
+}

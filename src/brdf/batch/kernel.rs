@@ -111,6 +111,14 @@ impl SharedBlock {
         }
     }
 
+    /// 0 where a direction is not above the horizon; saturated elsewhere.
+    #[inline(always)]
+    pub(super) fn clear_hidden(&self, values: &mut Lanes) {
+        for (value, visible) in values.iter_mut().zip(&self.visible) {
+            *value = if *visible != 0 { saturated(*value) } else { 0.0 };
+        }
+    }
+
     #[inline(always)]
     fn fresnel(&self, i: usize) -> FresnelAt {
         FresnelAt { e: self.e[i], e5: self.e5[i] }
@@ -120,7 +128,7 @@ impl SharedBlock {
 impl Constants {
     /// f of a block of pairs; `shapes` are D (G1(wi)/cosθi) (G1(wo)/cosθo) of the lobes.
     #[inline(always)]
-    fn colour<A: Arithmetic>(
+    pub(super) fn colour<A: Arithmetic>(
         &self,
         shared: &SharedBlock,
         shapes: &[Lanes; MAX_LOBES],

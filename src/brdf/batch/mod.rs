@@ -7,13 +7,17 @@
 
 pub mod albedo;
 pub mod masking;
+pub mod sampler;
 
 mod block;
 mod constants;
 mod kernel;
 mod pairs;
 mod sgd_batch;
+mod shares;
+mod squared_slopes;
 
 pub use crate::math::instruction_set::InstructionSet;
 pub use pairs::{LengthMismatch, Pairs, RgbMut};
+pub use sampler::{Draws, SamplerBatch, SamplesMut};
 pub use sgd_batch::SgdBatch;

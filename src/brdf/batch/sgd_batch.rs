@@ -8,7 +8,7 @@ use crate::brdf::batch::masking::{BatchMaskings, FittedG1};
 use crate::brdf::batch::pairs::{LengthMismatch, Pairs, RgbMut, same_length};
 use crate::brdf::{LobeCurves, MaskingKind, Terms};
 use crate::material::Material;
-use crate::math::arithmetic::{Fused, Separate};
+use crate::math::arithmetic::Fused;
 use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::microfacet::{Accuracy, FittedMasking, Sgd};
 
@@ -36,9 +36,9 @@ use crate::microfacet::{Accuracy, FittedMasking, Sgd};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SgdBatch {
-    set: InstructionSet,
-    constants: Constants,
-    maskings: BatchMaskings,
+    pub(super) set: InstructionSet,
+    pub(super) constants: Constants,
+    pub(super) maskings: BatchMaskings,
 }
 
 impl SgdBatch {
@@ -97,15 +97,15 @@ impl SgdBatch {
     }
 }
 
+/// 64-bit Arm fuses products and sums in its baseline; x86-64 does not.
+#[cfg(target_arch = "aarch64")]
+pub(super) type Baseline = Fused;
+#[cfg(not(target_arch = "aarch64"))]
+pub(super) type Baseline = crate::math::arithmetic::Separate;
+
 /// The kernels once per instruction set.
 mod dispatch {
     use super::*;
-
-    /// 64-bit Arm fuses products and sums in its baseline; x86-64 does not.
-    #[cfg(target_arch = "aarch64")]
-    type Baseline = Fused;
-    #[cfg(not(target_arch = "aarch64"))]
-    type Baseline = Separate;
 
     per_instruction_set!(eval<A: Fused, baseline Baseline>
     (batch: &SgdBatch, pairs: &Pairs<'_>, out: &mut RgbMut<'_>) -> () {
