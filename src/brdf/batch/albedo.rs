@@ -5,10 +5,9 @@ use std::sync::LazyLock;
 
 use crate::brdf::Lobe;
 use crate::brdf::albedo::{FresnelMoments, View, azimuths};
-use crate::brdf::batch::InstructionSet;
-use crate::brdf::batch::dispatch;
-use crate::math::arithmetic::{Arithmetic, exp_m1, exp2, max, min, sum_in_pairs};
+use crate::math::arithmetic::{Arithmetic, Fused, exp_m1, exp2, max, min, sum_in_pairs};
 use crate::math::direction::cot_of_cos;
+use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::math::quadrature::gauss_legendre;
 use crate::microfacet::{G1Polynomial, Sgd, grazing_limit};
 
@@ -292,6 +291,14 @@ impl SingleG1 {
         }
         u * sum
     }
+}
+
+/// The moments once per instruction set, each with the same bits.
+mod dispatch {
+    use super::*;
+
+    per_instruction_set!(moments<A: Fused, baseline Fused>
+        (lobe: &AlbedoBatch, cos_theta_o: f64) -> FresnelMoments { lobe.at::<A>(cos_theta_o) });
 }
 
 #[cfg(test)]

@@ -7,11 +7,13 @@ use crate::brdf::MaskingKind;
 use crate::brdf::batch::block::{BLOCK, Lanes, at, load, store};
 use crate::brdf::batch::kernel::SharedBlock;
 use crate::brdf::batch::masking::{BatchMasking, BatchMaskings, SingleG1Polynomial};
+use crate::brdf::batch::pairs::{LengthMismatch, Pairs, same_length};
+use crate::brdf::batch::sgd_batch::{Baseline, SgdBatch};
 use crate::brdf::batch::shares::{BELOW_ONE, Choices, DIFFUSE, Shares};
 use crate::brdf::batch::squared_slopes::SquaredSlopes;
-use crate::brdf::batch::{InstructionSet, LengthMismatch, Pairs, SgdBatch, dispatch, same_length};
 use crate::material::{MAX_LOBES, Material};
-use crate::math::arithmetic::{Arithmetic, Separate, ln_1p, max, min, sin_cos_turns};
+use crate::math::arithmetic::{Arithmetic, Fused, Separate, ln_1p, max, min, sin_cos_turns};
+use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::microfacet::{Accuracy, Sgd, VisibleNormals};
 
 /// What directions are drawn from: a unit direction to the viewer and three uniform numbers in
@@ -392,4 +394,18 @@ fn fill_g1<A: Arithmetic, M: BatchMasking>(
         }
         *g1 = of_lobe;
     }
+}
+
+/// The kernels once per instruction set.
+mod dispatch {
+    use super::*;
+
+    per_instruction_set!(sample<A: Fused, baseline Baseline>
+    (sampler: &SamplerBatch, draws: &Draws<'_>, out: &mut SamplesMut<'_>) -> () {
+        sampler.sample_with::<A>(draws, out);
+    });
+    per_instruction_set!(pdf<A: Fused, baseline Baseline>
+    (sampler: &SamplerBatch, pairs: &Pairs<'_>, pdf: &mut [f32]) -> () {
+        sampler.pdf_with::<A>(pairs, pdf);
+    });
 }
