@@ -69,13 +69,11 @@ impl Reflectance for GltfBrdf {
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         let Some(angles) = Angles::of(wi, wo) else { return [0.0; 3] };
         let material = self.material(schlick_weight(angles.cos_d), lobe(self.roughness, &angles));
-        match (self.clearcoat, self.clearcoat_roughness) {
-            (Some(clearcoat), Some(roughness)) => {
-                let c = clearcoat * coat_fresnel(angles.cos[1]);
-                material.map(|f| (1.0 - c) * f + c * lobe(roughness, &angles))
-            }
-            _ => material,
-        }
+        let Some(clearcoat) = self.clearcoat else { return material };
+        // A file may leave the roughness out; its default is 0.
+        let roughness = self.clearcoat_roughness.unwrap_or(0.0);
+        let c = clearcoat * coat_fresnel(angles.cos[1]);
+        material.map(|f| (1.0 - c) * f + c * lobe(roughness, &angles))
     }
 }
 

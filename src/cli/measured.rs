@@ -101,7 +101,7 @@ impl From<MeasurementError> for Failure {
             Problem::Header(_) | Problem::Row { .. } => {
                 "the first line names the columns, e.g. theta_i,phi_i,theta_o,phi_o,r,g,b"
             }
-            _ => "readable are MERL .binary, RGL .bsdf (RGB, isotropic) and .csv of samples",
+            _ => "use MERL .binary, RGL .bsdf (RGB, isotropic) and .csv of samples",
         };
         Self::job(&error).help(help)
     }

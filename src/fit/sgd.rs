@@ -121,7 +121,7 @@ impl Search<'_> {
         let model = layout.model(&x, self.energy);
         SgdFit {
             difference: self.difference(&layout, &x),
-            uncertainty: self.uncertainty(&model),
+            uncertainty: self.uncertainty(&layout, &model),
             model,
         }
     }
@@ -143,19 +143,20 @@ impl Search<'_> {
         equations
     }
 
-    /// Standard errors of a model's parameters, as if no bound held them.
-    fn uncertainty(&self, model: &SgdModel) -> Uncertainty {
+    /// Standard errors of a model's parameters, as if none had met the end of its range.
+    fn uncertainty(&self, layout: &Layout, model: &SgdModel) -> Uncertainty {
         // ρs, F0 and F1 are quotients of the free coefficients: errors carry over by slopes.
         let free = Search { energy: Energy::Free, ..*self };
-        let layout = Layout::shared(model.lobes.len());
         let x = layout.unknowns_of(model);
-        let here = free.model(&layout, &x);
+        let here = free.model(layout, &x);
         let [scatter, flatness] =
             self.target.scatter(layout.unknowns(), |i, rows| free.value(&here, i, rows));
         // The equations hold each pair's weight fixed; in truth it falls as the error grows.
-        let hessian = free.equations(&layout, &x).hessian - flatness;
+        let hessian = free.equations(layout, &x).hessian - flatness;
+        let bounds = layout.bounds(free.energy);
         let pairs = self.target.pairs.len();
-        uncertainty::of(model, &layout, &uncertainty::covariance(&hessian, &scatter, pairs))
+        let covariance = uncertainty::covariance(&hessian, &scatter, &bounds, pairs);
+        uncertainty::of(model, layout, &covariance)
     }
 
     /// The mean ΔE over the ball.

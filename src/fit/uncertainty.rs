@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::fit::sgd_model::{SgdLobe, SgdModel};
 use crate::fit::unknowns::Layout;
+use crate::math::least_squares::Bounds;
 
 /// Standard errors of an SGD fit's parameters.
 ///
@@ -22,16 +23,18 @@ pub struct Uncertainty {
     pub lobes: Vec<SgdLobe>,
 }
 
-/// The covariance of the unknowns.
+/// The covariance of the unknowns; 0 of those that their bounds hold at a number.
 #[must_use]
 pub(crate) fn covariance(
     hessian: &DMatrix<f64>,
     scatter: &DMatrix<f64>,
+    bounds: &Bounds,
     pairs: usize,
 ) -> DMatrix<f64> {
     let n = hessian.nrows();
     // An unknown that no pair depends on would make the matrix singular.
-    let seen: Vec<usize> = (0..n).filter(|i| hessian[(*i, *i)] > 0.0).collect();
+    let is_seen = |i: &usize| hessian[(*i, *i)] > 0.0 && bounds.lower[*i] < bounds.upper[*i];
+    let seen: Vec<usize> = (0..n).filter(is_seen).collect();
     // Unit diagonal, so that the ridge is relative to each unknown.
     let scale: Vec<f64> = seen.iter().map(|i| hessian[(*i, *i)].sqrt().recip()).collect();
     let [mut reduced, scatter] = [hessian, scatter].map(|matrix| {
@@ -47,8 +50,8 @@ pub(crate) fn covariance(
         return covariance;
     };
     let sandwich = &inverse * scatter * &inverse;
-    // Residuals at a minimum are smaller than the noise, as n unknowns have adapted to it.
-    let freedom = pairs as f64 / pairs.saturating_sub(n).max(1) as f64;
+    // Residuals at a minimum are smaller than the noise, as the unknowns have adapted to it.
+    let freedom = pairs as f64 / pairs.saturating_sub(seen.len()).max(1) as f64;
     for (i, a) in seen.iter().enumerate() {
         for (j, b) in seen.iter().enumerate() {
             covariance[(*a, *b)] = freedom * sandwich[(i, j)] * scale[i] * scale[j];

@@ -66,11 +66,28 @@ fn free() -> Option<usize> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     // Not MemFree, which leaves out the caches that Linux gives back.
     let free = kibibytes(&text, "MemAvailable:")? + kibibytes(&text, "SwapFree:").unwrap_or(0);
-    // A container sees the memory of its host in /proc.
-    let limit = fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
-    // Without a limit the file says `max`.
-    let limit = limit.and_then(|limit| limit.trim().parse().ok()).unwrap_or(usize::MAX);
-    Some(free.saturating_mul(1024).min(limit))
+    Some(free.saturating_mul(1024).min(left_in_container()))
+}
+
+/// Bytes below the limit of the container, which sees the memory of its host in /proc.
+fn left_in_container() -> usize {
+    // Without a limit `memory.max` says `max`.
+    let limit = cgroup("memory.max").unwrap_or(usize::MAX);
+    let used = cgroup("memory.current").unwrap_or(0);
+    // Cached files are counted as used, and given back when needed.
+    limit.saturating_sub(used.saturating_sub(cached_files()))
+}
+
+/// Bytes of cached files in this control group.
+fn cached_files() -> usize {
+    let text = fs::read_to_string("/sys/fs/cgroup/memory.stat").unwrap_or_default();
+    let file = text.lines().find_map(|line| line.strip_prefix("file "));
+    file.and_then(|bytes| bytes.trim().parse().ok()).unwrap_or(0)
+}
+
+/// A number of bytes of this control group.
+fn cgroup(file: &str) -> Option<usize> {
+    fs::read_to_string(format!("/sys/fs/cgroup/{file}")).ok()?.trim().parse().ok()
 }
 
 /// A field of /proc/meminfo \[KiB\].

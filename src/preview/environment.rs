@@ -66,7 +66,7 @@ pub enum EnvironmentError {
         reason: String,
     },
     /// Decoded, but no light: empty, black, negative or not finite everywhere.
-    #[error("the environment gives no light: accepted is an image with finite, positive radiance")]
+    #[error("the environment gives no light; use an image with finite, positive radiance")]
     Dark,
 }
 

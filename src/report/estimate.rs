@@ -46,8 +46,7 @@ pub fn estimate(
     let quadrature = directional_albedo(&brdf, wo.z);
     let moments = match estimator {
         Estimator::Published => {
-            let last = brdf.lobes.len().saturating_sub(1);
-            let lobes = material.channel_lobes().unwrap_or([0, 1, 2].map(|c: usize| c.min(last)));
+            let lobes = [0, 1, 2].map(|c| first_of_colour(material, c));
             moments(&|u| published_weight(&brdf, lobes, wo, u), n, seed)
         }
         Estimator::Sampled(strategy) => {
@@ -64,6 +63,11 @@ fn published_weight(brdf: &SgdBrdf, lobes: [usize; 3], wo: DVec3, u: [f64; 3]) -
         Some(_) => published_sample(brdf, c, lobes[c], wo, u).printed,
         None => brdf.rho_d[c],
     })
+}
+
+/// The first lobe that reflects a colour; 0 where none does.
+fn first_of_colour(material: &Material, c: usize) -> usize {
+    material.lobes().iter().position(|lobe| lobe.rho_s()[c] > 0.0).unwrap_or(0)
 }
 
 /// Running mean and sum of squared deviations of one channel's draws.

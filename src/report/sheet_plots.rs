@@ -33,8 +33,9 @@ const INCIDENCES: [f64; 4] = [10.0, 30.0, 50.0, 70.0];
 /// CSS classes of the fits, in the sheet's order.
 const FIT_CLASSES: [&str; 3] = ["beckmann", "ggx", "gltf"];
 
-/// Angles on each side of the normal of a curve, and of the points of a measurement.
-const STEPS: i32 = 240;
+/// Angles on each side of the normal of a curve, a third of a degree apart: the mirror direction of
+/// every incidence is among them. And of the points of a measurement.
+const STEPS: i32 = 269;
 const POINTS: i32 = 35;
 
 const CHART_SIZE: [f64; 2] = [340.0, 240.0];

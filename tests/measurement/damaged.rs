@@ -22,7 +22,7 @@ fn damaged_merl_files_are_refused() {
     let mut small = Vec::new();
     [10_u32, 10, 20].iter().for_each(|n| small.extend(n.to_le_bytes()));
     small.resize(12 + 24 * 2000, 0);
-    assert!(refused(&small).contains("10 × 10 × 20 cells; readable are 90 × 90 × 180"));
+    assert!(refused(&small).contains("10 × 10 × 20 cells; sgdbake reads 90 × 90 × 180"));
     for (value, shown) in [(f64::NAN, "NaN"), (f64::INFINITY, "inf")] {
         let mut bytes = whole.clone();
         put(&mut bytes, offset(2, [3, 4, 5]), value);
@@ -92,7 +92,7 @@ fn damaged_rgl_files_are_refused() {
     }
     let mut version = whole.clone();
     version[12] = 2;
-    assert!(refused(&version).contains("version 2.0; readable is 1.0"));
+    assert!(refused(&version).contains("version 2.0; sgdbake reads 1.0"));
     let mut many = whole.clone();
     many[14..18].copy_from_slice(&u32::MAX.to_le_bytes());
     assert!(refused(&many).contains("number of fields is 4294967295"));
