@@ -165,9 +165,9 @@ fn babylon_js(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
 
 fn filament(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
     /// Least roughness of the mobile shaders, which the web uses.
-    const LEAST: f64 = 0.089;
-    let coat = coat(m).map(|(factor, rough)| (factor, rough.max(LEAST)));
-    let roughness = m.roughness.max(LEAST);
+    const MIN_ROUGHNESS: f64 = 0.089;
+    let coat = coat(m).map(|(factor, rough)| (factor, rough.max(MIN_ROUGHNESS)));
+    let roughness = m.roughness.max(MIN_ROUGHNESS);
     let roughness =
         coat.map_or(roughness, |(factor, rough)| mix(roughness, roughness.max(rough), factor));
     let alpha = roughness * roughness;

@@ -64,7 +64,7 @@ struct Line<'a> {
 struct ChannelTerms {
     /// Those of the lobe, where a single one colours the channel.
     #[serde(flatten)]
-    factors: Option<Factors>,
+    factors: Option<LobeFactors>,
     specular: f64,
     diffuse: f64,
     brdf: f64,
@@ -72,14 +72,14 @@ struct ChannelTerms {
 
 /// The factors of a lobe in one colour.
 #[derive(Clone, Copy, Serialize)]
-struct Factors {
+struct LobeFactors {
     ndf: f64,
     g1_i: f64,
     g1_o: f64,
     fresnel: f64,
 }
 
-impl Factors {
+impl LobeFactors {
     fn of(terms: &LobeTerms, colour: usize) -> Self {
         let LobeTerms { ndf, g1_i, g1_o, fresnel } = *terms;
         Self { ndf, g1_i, g1_o, fresnel: fresnel[colour] }
@@ -125,7 +125,7 @@ fn print(
     let of_channel = material.channel_lobes();
     if json {
         let [r, g, b] = [0, 1, 2].map(|c| ChannelTerms {
-            factors: of_channel.map(|of| Factors::of(&lobes[of[c]], c)),
+            factors: of_channel.map(|of| LobeFactors::of(&lobes[of[c]], c)),
             specular: terms.specular[c],
             diffuse: terms.diffuse[c],
             brdf: terms.brdf[c],
@@ -147,7 +147,7 @@ fn print(
 fn print_channels(terms: &Terms, of: [usize; 3], output: &mut Output) -> Result<(), Failure> {
     output.line("           ndf         g1_i         g1_o      fresnel     specular      diffuse         brdf")?;
     for (c, channel) in Channel::ALL.into_iter().enumerate() {
-        let Factors { ndf, g1_i, g1_o, fresnel } = Factors::of(&terms.lobes[of[c]], c);
+        let LobeFactors { ndf, g1_i, g1_o, fresnel } = LobeFactors::of(&terms.lobes[of[c]], c);
         let Terms { specular, diffuse, brdf, .. } = terms;
         let numbers = [ndf, g1_i, g1_o, fresnel, specular[c], diffuse[c], brdf[c]];
         output.line(columns(channel.name(), &numbers))?;

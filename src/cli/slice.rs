@@ -46,14 +46,14 @@ struct Line<'a> {
 /// The factors of the lobe that alone colours each channel.
 #[derive(Clone, Copy, Serialize)]
 struct Channels {
-    r: Factors,
-    g: Factors,
-    b: Factors,
+    r: CurveFactors,
+    g: CurveFactors,
+    b: CurveFactors,
 }
 
 /// The factors of a lobe in one colour.
 #[derive(Clone, Copy, Serialize)]
-struct Factors {
+struct CurveFactors {
     ndf: f64,
     lambda: f64,
     g1: f64,
@@ -64,7 +64,7 @@ impl Channels {
     fn of(lobes: &[LobeCurves], of_channel: [usize; 3]) -> Self {
         let [r, g, b] = [0, 1, 2].map(|c| {
             let LobeCurves { ndf, lambda, g1, fresnel } = lobes[of_channel[c]];
-            Factors { ndf, lambda, g1, fresnel: fresnel[c] }
+            CurveFactors { ndf, lambda, g1, fresnel: fresnel[c] }
         });
         Self { r, g, b }
     }
@@ -110,7 +110,7 @@ fn print_angle(
     }
     if let Some(Channels { r, g, b }) = channels {
         let channels = Channel::ALL.into_iter().zip([r, g, b]);
-        for (channel, Factors { ndf, lambda, g1, fresnel }) in channels {
+        for (channel, CurveFactors { ndf, lambda, g1, fresnel }) in channels {
             let start = format!("{theta_deg:>9} {:<7}", channel.name());
             output.line(columns(&start, &[ndf, lambda, g1, fresnel]))?;
         }

@@ -13,7 +13,7 @@ use crate::fit::lanes::{LobeSamples, PairLanes, lanes};
 use crate::fit::metric::Metric;
 use crate::fit::target::Target;
 use crate::math::instruction_set::{InstructionSet, per_instruction_set};
-use crate::math::least_squares::{LANES, Lanes, NormalEquations, Residuals, Terms};
+use crate::math::least_squares::{LANES, LaneResiduals, LaneSums, Lanes, NormalEquations};
 use crate::microfacet::ggx;
 
 /// The quantities at [`LANES`] pairs that do not depend on the unknowns.
@@ -74,7 +74,7 @@ impl Problem {
     /// The equations of a material without a coat, `lobe` that of its roughness.
     #[must_use]
     pub fn equations(&self, x: &DVector<f64>, lobe: &[LobeSamples]) -> NormalEquations {
-        let (brightest, channels) = (brightest(x), Factors::of(x));
+        let (brightest, channels) = (brightest(x), ChannelFactors::of(x));
         let mut equations = NormalEquations::zero(UNKNOWNS);
         for (c, factors) in channels.iter().enumerate() {
             // The largest F0 dims the base of every channel, its own too: it may stand here twice.
@@ -88,7 +88,7 @@ impl Problem {
     #[must_use]
     pub fn coated_equations(&self, x: &DVector<f64>) -> NormalEquations {
         let [lobe, coat] = [ROUGHNESS, COAT_ROUGHNESS].map(|at| self.lobe(x[at]));
-        let (brightest, channels) = (brightest(x), Factors::of(x));
+        let (brightest, channels) = (brightest(x), ChannelFactors::of(x));
         let mut equations = NormalEquations::zero(UNKNOWNS);
         for (c, factors) in channels.iter().enumerate() {
             let places = [
@@ -110,12 +110,12 @@ impl Problem {
 
     /// The residuals of a channel without a coat.
     #[inline(always)]
-    fn residuals(&self, c: usize, factors: &Factors, lobe: &[LobeSamples]) -> Residuals<6> {
-        let mut sums = Residuals::none();
+    fn residuals(&self, c: usize, factors: &ChannelFactors, lobe: &[LobeSamples]) -> LaneSums<6> {
+        let mut sums = LaneSums::none();
         for ((pairs, fixed), lobe) in self.pairs.iter().zip(&self.fixed).zip(lobe) {
             // Reciprocal without a coat: both sides have the same f, and share its derivatives.
             let (f, row) = factors.material(fixed, lobe);
-            let mut terms = Terms::default();
+            let mut terms = LaneResiduals::default();
             self.metric.add(&mut terms, &f, &pairs.sides, c);
             sums.add(&terms, &row);
         }
@@ -127,11 +127,11 @@ impl Problem {
     fn coated_residuals(
         &self,
         c: usize,
-        factors: &Factors,
+        factors: &ChannelFactors,
         clearcoat: f64,
         [lobe, coat]: [&[LobeSamples]; 2],
-    ) -> Residuals<8> {
-        let mut sums = Residuals::none();
+    ) -> LaneSums<8> {
+        let mut sums = LaneSums::none();
         for (i, (pairs, fixed)) in self.pairs.iter().zip(&self.fixed).enumerate() {
             let (material, by_factor) = factors.material(fixed, &lobe[i]);
             // The coat's Fresnel term makes f differ with the direction of the light.
@@ -147,7 +147,7 @@ impl Problem {
                     row[6][l] = coat_fresnel[l] * (coat[i].value[l] - material[l]);
                     row[7][l] = share * coat[i].slope[l];
                 }
-                let mut terms = Terms::default();
+                let mut terms = LaneResiduals::default();
                 self.metric.add(&mut terms, &f, from_ref(side), c);
                 sums.add(&terms, &row);
             }
@@ -164,12 +164,12 @@ mod dispatch {
         problem.fixed.iter().map(|fixed| lobe_samples(roughness, fixed)).collect()
     });
     per_instruction_set!(residuals
-    (problem: &Problem, c: usize, factors: &Factors, lobe: &[LobeSamples]) -> Residuals<6> {
+    (problem: &Problem, c: usize, factors: &ChannelFactors, lobe: &[LobeSamples]) -> LaneSums<6> {
         problem.residuals(c, factors, lobe)
     });
     per_instruction_set!(coated_residuals
-        (problem: &Problem, c: usize, factors: &Factors, clearcoat: f64, lobes: [&[LobeSamples]; 2])
-        -> Residuals<8> { problem.coated_residuals(c, factors, clearcoat, lobes) });
+        (problem: &Problem, c: usize, factors: &ChannelFactors, clearcoat: f64, lobes: [&[LobeSamples]; 2])
+        -> LaneSums<8> { problem.coated_residuals(c, factors, clearcoat, lobes) });
 }
 
 /// V·D and its derivative by roughness.
@@ -196,7 +196,7 @@ fn lobe_samples(roughness: f64, fixed: &Fixed) -> LobeSamples {
 }
 
 /// The factors that f of a channel depends on besides its lobe.
-struct Factors {
+struct ChannelFactors {
     specular: f64,
     f0: f64,
     /// The largest F0 of the three channels.
@@ -205,7 +205,7 @@ struct Factors {
     metallic: f64,
 }
 
-impl Factors {
+impl ChannelFactors {
     /// The factors of the three channels.
     fn of(x: &DVector<f64>) -> [Self; 3] {
         [0, 1, 2].map(|c| Self {

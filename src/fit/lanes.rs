@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use crate::fit::metric::{Metric, TOE, cube_root, toe};
 use crate::fit::target::{Pair, Target};
-use crate::math::least_squares::{LANES, Lanes, Terms};
+use crate::math::least_squares::{LANES, LaneResiduals, Lanes};
 
 /// Pairs side by side, and what a fit aims at there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,7 +75,7 @@ impl Target {
 impl Metric {
     /// Adds the residuals g − goal of channel `c`, of f at the pairs of each side.
     #[inline(always)]
-    pub fn add(self, terms: &mut Terms, f: &Lanes, sides: &[SideLanes], c: usize) {
+    pub fn add(self, terms: &mut LaneResiduals, f: &Lanes, sides: &[SideLanes], c: usize) {
         match self {
             Self::Cosine => add(terms, f, sides, c, |x| (x, 1.0)),
             Self::CubeRoot => add_lightness(terms, f, sides, c),
@@ -86,7 +86,7 @@ impl Metric {
 
 #[inline(always)]
 fn add(
-    terms: &mut Terms,
+    terms: &mut LaneResiduals,
     f: &Lanes,
     sides: &[SideLanes],
     c: usize,
@@ -102,7 +102,7 @@ fn add(
 
 /// Adds the residuals of the lightness, (f·scale)^⅓ as f^⅓·scale^⅓: one root for both sides.
 #[inline(always)]
-fn add_lightness(terms: &mut Terms, f: &Lanes, sides: &[SideLanes], c: usize) {
+fn add_lightness(terms: &mut LaneResiduals, f: &Lanes, sides: &[SideLanes], c: usize) {
     let (mut root, mut inverse) = ([0.0; LANES], [0.0; LANES]);
     for l in 0..LANES {
         // The root is for x > 0; below the toe it is not used.

@@ -14,7 +14,7 @@ use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
 use crate::material::{Channel, Material};
 use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::math::least_squares::{
-    Bounds, LANES, Lanes, Minimum, NormalEquations, Residuals, Terms, minimise,
+    Bounds, LANES, LaneResiduals, LaneSums, Lanes, Minimum, NormalEquations, minimise,
 };
 use crate::microfacet::{Distribution as _, Family, Fresnel, OneWidth};
 
@@ -224,7 +224,7 @@ impl<'a> Search<'a> {
         x: &DVector<f64>,
         at: usize,
         lobe: &[LobeSamples],
-    ) -> Residuals<UNKNOWNS> {
+    ) -> LaneSums<UNKNOWNS> {
         let coefficients: [f64; 4] = std::array::from_fn(|i| x[place(at, i + 1)]);
         dispatch::residuals(self.set, self, c, coefficients, lobe)
     }
@@ -236,8 +236,8 @@ impl<'a> Search<'a> {
         c: usize,
         [rho_d, f0, f90, f_facing]: [f64; 4],
         lobe: &[LobeSamples],
-    ) -> Residuals<UNKNOWNS> {
-        let mut sums = Residuals::none();
+    ) -> LaneSums<UNKNOWNS> {
+        let mut sums = LaneSums::none();
         for ((pairs, LobeSamples { value, slope }), fresnel) in
             self.pairs.iter().zip(lobe).zip(&self.fresnel)
         {
@@ -252,7 +252,7 @@ impl<'a> Search<'a> {
                 row[3][l] = value[l] * grazing[l];
                 row[4][l] = value[l] * facing[l];
             }
-            let mut terms = Terms::default();
+            let mut terms = LaneResiduals::default();
             self.metric.add(&mut terms, &f, &pairs.sides, c);
             sums.add(&terms, &row);
         }
@@ -265,7 +265,7 @@ mod dispatch {
     use super::*;
 
     per_instruction_set!(residuals
-    (search: &Search<'_>, c: usize, x: [f64; 4], lobe: &[LobeSamples]) -> Residuals<UNKNOWNS> {
+    (search: &Search<'_>, c: usize, x: [f64; 4], lobe: &[LobeSamples]) -> LaneSums<UNKNOWNS> {
         search.residuals(c, x, lobe)
     });
 }

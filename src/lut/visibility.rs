@@ -8,7 +8,7 @@ use crate::microfacet::G1Polynomial;
 /// Directions that are worked on together.
 pub const BLOCK: usize = 128;
 /// A value for each direction of a block.
-pub type Lanes = [f32; BLOCK];
+pub type PerDirection = [f32; BLOCK];
 
 /// The coefficients of a polynomial that is fitted, before those that do not count are dropped.
 pub const MAX_ORDER: usize = 20;
@@ -65,7 +65,11 @@ impl Visibility {
 
     /// v(wi)·v(wo) of each lobe at cosθi, cosθo = `middle` ∓ `reach`.
     #[inline(always)]
-    pub fn products<A: Arithmetic>(&self, middle: &Lanes, reach: &Lanes) -> [Lanes; 3] {
+    pub fn products<A: Arithmetic>(
+        &self,
+        middle: &PerDirection,
+        reach: &PerDirection,
+    ) -> [PerDirection; 3] {
         // A length known at compile time unrolls; coefficients beyond `count` are 0.
         match self.count {
             0..=10 => self.products_of::<A, 10>(middle, reach),
@@ -80,9 +84,9 @@ impl Visibility {
     #[inline(always)]
     fn products_of<A: Arithmetic, const N: usize>(
         &self,
-        middle: &Lanes,
-        reach: &Lanes,
-    ) -> [Lanes; 3] {
+        middle: &PerDirection,
+        reach: &PerDirection,
+    ) -> [PerDirection; 3] {
         let empty = [0.0; BLOCK];
         let (mut t_i, mut t_o, mut below, mut inverse) = (empty, empty, empty, empty);
         let inverse_scale = 1.0 / self.scale;
@@ -156,7 +160,7 @@ mod tests {
             let mut rows = Rows::default();
             rows.push("", &brdf, [true; 3]);
             let visibility = Visibility::new(&rows.lobes[0], accuracy);
-            let middle: Lanes = std::array::from_fn(|k| 0.5 * (-(k as f32) / 10.0).exp());
+            let middle: PerDirection = std::array::from_fn(|k| 0.5 * (-(k as f32) / 10.0).exp());
             let reach = middle.map(|m| m * (8.0 * std::f32::consts::PI * m).cos().abs());
             let products = visibility.products::<Fused>(&middle, &reach);
             for k in 0..BLOCK {

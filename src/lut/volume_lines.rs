@@ -1,7 +1,7 @@
 //! The lines of a 3D table along its first axis, filled in f32 vectors.
 
 use crate::lut::row::Row;
-use crate::lut::visibility::{BLOCK, Lanes, Visibility};
+use crate::lut::visibility::{BLOCK, PerDirection, Visibility};
 use crate::math::arithmetic::{Arithmetic, Fused};
 use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::microfacet::Distribution as _;
@@ -12,10 +12,10 @@ const MIN_TEXEL: f64 = 1e-30;
 /// A block of texels along the first axis: the part that every line shares.
 pub(super) struct HalfVectors {
     /// cosθh and sinθh.
-    cos: Lanes,
-    sin: Lanes,
+    cos: PerDirection,
+    sin: PerDirection,
     /// D/q of each lobe, q its own.
-    ndf: [Lanes; 3],
+    ndf: [PerDirection; 3],
 }
 
 impl HalfVectors {
@@ -43,7 +43,7 @@ impl HalfVectors {
 }
 
 /// A number at each of the first values; 0 after the last of them.
-fn lanes(values: &[f64], number: impl Fn(f64) -> f64) -> Lanes {
+fn lanes(values: &[f64], number: impl Fn(f64) -> f64) -> PerDirection {
     let mut lanes = [0.0; BLOCK];
     for (lane, value) in lanes.iter_mut().zip(values) {
         *lane = number(*value) as f32;
@@ -114,7 +114,7 @@ impl Lines {
                             *lobe *= ndf * fresnel;
                         }
                     }
-                    // Lanes become texels only here: the loops above run over whole vectors.
+                    // PerDirection become texels only here: the loops above run over whole vectors.
                     for (k, texel) in out.iter_mut().enumerate() {
                         *texel = [lobes[0][k], lobes[1][k], lobes[2][k]];
                     }

@@ -23,7 +23,7 @@ pub type Lanes = [f64; LANES];
 
 /// Sums up [`NormalEquations`] of N unknowns on the stack, lane by lane.
 #[derive(Clone, Debug)]
-pub struct Residuals<const N: usize> {
+pub struct LaneSums<const N: usize> {
     squares: Lanes,
     gradient: [Lanes; N],
     hessian: [[Lanes; N]; N],
@@ -32,7 +32,7 @@ pub struct Residuals<const N: usize> {
 /// Weighted residuals r(v), one value v in each lane: what their sum of squares needs to know of
 /// them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Terms {
+pub struct LaneResiduals {
     /// Σ weight·r².
     pub squares: Lanes,
     /// Σ weight·r·dr/dv.
@@ -41,7 +41,7 @@ pub struct Terms {
     pub curvature: Lanes,
 }
 
-impl Terms {
+impl LaneResiduals {
     /// Adds a residual of a lane with its derivative by the lane's value.
     #[inline(always)]
     pub fn add(&mut self, lane: usize, weight: f64, residual: f64, slope: f64) {
@@ -51,7 +51,7 @@ impl Terms {
     }
 }
 
-impl<const N: usize> Residuals<N> {
+impl<const N: usize> LaneSums<N> {
     /// No residuals yet.
     #[must_use]
     pub fn none() -> Self {
@@ -60,7 +60,7 @@ impl<const N: usize> Residuals<N> {
 
     /// Adds the residuals that depend on values with ∂value/∂x = `row`.
     #[inline(always)]
-    pub fn add(&mut self, terms: &Terms, row: &[Lanes; N]) {
+    pub fn add(&mut self, terms: &LaneResiduals, row: &[Lanes; N]) {
         for l in 0..LANES {
             self.squares[l] += terms.squares[l];
         }
@@ -86,7 +86,7 @@ impl NormalEquations {
     }
 
     /// Adds residuals that depend on the unknowns at `places`, which may name an unknown twice.
-    pub fn add<const N: usize>(&mut self, residuals: &Residuals<N>, places: [usize; N]) {
+    pub fn add<const N: usize>(&mut self, residuals: &LaneSums<N>, places: [usize; N]) {
         self.squares += sum_in_pairs(residuals.squares);
         for i in 0..N {
             self.gradient[places[i]] += sum_in_pairs(residuals.gradient[i]);
@@ -99,8 +99,8 @@ impl NormalEquations {
     }
 }
 
-impl<const N: usize> From<Residuals<N>> for NormalEquations {
-    fn from(residuals: Residuals<N>) -> Self {
+impl<const N: usize> From<LaneSums<N>> for NormalEquations {
+    fn from(residuals: LaneSums<N>) -> Self {
         let mut equations = Self::zero(N);
         equations.add(&residuals, std::array::from_fn(|i| i));
         equations
@@ -348,12 +348,12 @@ mod tests {
 
     /// The equations of a e^{−b t} at 96 places.
     fn exponential(x: &DVector<f64>) -> NormalEquations {
-        let mut sums = Residuals::none();
+        let mut sums = LaneSums::none();
         for block in 0..3 {
             let t: Lanes = std::array::from_fn(|l| (block * LANES + l) as f64 * 0.2);
             let decay = t.map(|t| (-x[1] * t).exp());
             let exact = t.map(|t| EXPONENTIAL[0] * (-EXPONENTIAL[1] * t).exp());
-            let mut terms = Terms::default();
+            let mut terms = LaneResiduals::default();
             for l in 0..LANES {
                 terms.add(l, 1.0, x[0] * decay[l] - exact[l], 1.0);
             }

@@ -25,7 +25,7 @@ pub struct Deviation {
 const PAIRS: usize = 20_000;
 
 /// cos 80°: nearer to the horizon no measurement is reliable.
-const LEAST_COSINE: f64 = 0.173_648_177_666_930_33;
+const MIN_COSINE: f64 = 0.173_648_177_666_930_33;
 
 impl Deviation {
     /// The errors of `stored` against `exact`, at pairs up to 80° from the normal whose half
@@ -68,5 +68,5 @@ fn pair(n: u32) -> Option<[DVec3; 2]> {
     let [h, d, phi] = STEPS.map(|step| (0.5 + step * f64::from(n)).fract());
     let angles =
         HalfDifference { theta_h: FRAC_PI_2 * h * h, theta_d: FRAC_PI_2 * d, phi_d: TAU * phi };
-    Some(angles.directions()).filter(|pair| pair.iter().all(|w| w.z > LEAST_COSINE))
+    Some(angles.directions()).filter(|pair| pair.iter().all(|w| w.z > MIN_COSINE))
 }

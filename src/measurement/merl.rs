@@ -42,7 +42,7 @@ const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 const INVALID: [f64; 3] = [-1.0; 3];
 
 /// The share of the eight neighbours' weight that must be measured for a value between them.
-const LEAST_MEASURED: f64 = 0.5;
+const MIN_MEASURED: f64 = 0.5;
 
 /// cosθ up to which a direction of a cell counts as below the horizon: the rounding of the angles.
 const HORIZON: f64 = 1e-12;
@@ -142,7 +142,7 @@ impl Merl {
                 }
             }
         }
-        if measured < LEAST_MEASURED {
+        if measured < MIN_MEASURED {
             return NOT_MEASURED;
         }
         std::array::from_fn(|c| sum[c] / measured * SCALE[c])

@@ -178,7 +178,7 @@ enum Content {
 const START_BYTES: u64 = 4096;
 
 /// Most cells along an axis for three integers to be the header of some MERL file.
-const MOST_CELLS: i32 = 4096;
+const MAX_CELLS: i32 = 4096;
 
 impl Content {
     fn of(start: &[u8], length: u64) -> Result<Self, Problem> {
@@ -245,7 +245,7 @@ fn three_numbers(start: &[u8], read: fn([u8; 4]) -> i32) -> Option<[i32; 3]> {
 
 /// Returns whether three integers are the header of a MERL file with other sizes.
 fn is_header(sizes: [i32; 3], length: u64) -> bool {
-    if !sizes.iter().all(|size| (1..=MOST_CELLS).contains(size)) {
+    if !sizes.iter().all(|size| (1..=MAX_CELLS).contains(size)) {
         return false;
     }
     // At most 4096³: neither the product nor its bytes overflow.

@@ -40,10 +40,10 @@ mod field {
 }
 
 /// The most azimuths of incidence that count as isotropic, as in every reader.
-const MOST_AZIMUTHS: u64 = 2;
+const MAX_AZIMUTHS: u64 = 2;
 
 /// Largest size along each axis of a table: no file comes near it.
-const MOST_NODES: u64 = 1 << 16;
+const MAX_NODES: u64 = 1 << 16;
 
 /// Two-dimensional layers of one colour each.
 const COLOURS: usize = 3;
@@ -89,7 +89,7 @@ impl Rgl {
         }
         let description = String::from_utf8_lossy(&file.bytes(field::DESCRIPTION)?).into_owned();
         let [azimuths] = file.shape(field::PHI_I)?;
-        if azimuths > MOST_AZIMUTHS {
+        if azimuths > MAX_AZIMUTHS {
             return Err(Problem::Anisotropic(azimuths));
         }
         let phi_i = ascending(&mut file, field::PHI_I)?;
@@ -288,9 +288,9 @@ fn grid<R: Read + Seek, const SERIES: usize>(
         [rows, columns]
     };
     // Two nodes make a cell; interpolation would have none of a single one.
-    if ![rows, columns].iter().all(|n| (2..=MOST_NODES).contains(n)) {
+    if ![rows, columns].iter().all(|n| (2..=MAX_NODES).contains(n)) {
         let found = format!("tables of {rows} × {columns}");
-        let needed = format!("tables of 2 to {MOST_NODES} nodes along each axis");
+        let needed = format!("tables of 2 to {MAX_NODES} nodes along each axis");
         return Err(TensorProblem::Shape { name, found, needed }.into());
     }
     let shape = [&series[..], &[rows, columns]].concat();

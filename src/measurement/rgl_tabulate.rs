@@ -30,11 +30,11 @@ const WARP_SIZE: [usize; 2] = [128, 33];
 /// Nodes of the colours along both axes of the square.
 const COLOUR_SIZE: [usize; 2] = [96, 96];
 /// The least `ndf` relative to its largest, so that single precision can divide by it.
-const LEAST_PROFILE: f64 = 1e-12;
+const MIN_PROFILE: f64 = 1e-12;
 /// The part of the nodes that follows the changes of the profile; the rest are spread evenly.
 const FOLLOWING: f64 = 0.6;
 /// The least `luminance` relative to its mean: what is nearly black is still drawn.
-const LEAST_LUMINANCE: f64 = 1e-3;
+const MIN_LUMINANCE: f64 = 1e-3;
 
 impl Rgl {
     /// The tables of a reflectance, `incidence_done` called after each of the [`INCIDENCES`].
@@ -97,7 +97,7 @@ impl Rgl {
         let rgb = (0..3).flat_map(|c| nodes.iter().map(move |node| node.colour[c] as f32));
         let mean = nodes.iter().map(|node| node.share).sum::<f64>() / nodes.len() as f64;
         // A black incidence has any luminance; 1 can be normalised.
-        let least = if mean > 0.0 { LEAST_LUMINANCE * mean } else { 1.0 };
+        let least = if mean > 0.0 { MIN_LUMINANCE * mean } else { 1.0 };
         let luminance = nodes.iter().map(|node| node.share.max(least) as f32);
         (rgb.collect(), luminance.collect())
     }
@@ -137,7 +137,7 @@ fn profile(reflectance: &dyn Reflectance) -> Grid {
     let largest = values.iter().copied().fold(0.0, f64::max);
     let row: Vec<f32> = values
         .into_iter()
-        .map(|value| if largest > 0.0 { (value / largest).max(LEAST_PROFILE) } else { 1.0 } as f32)
+        .map(|value| if largest > 0.0 { (value / largest).max(MIN_PROFILE) } else { 1.0 } as f32)
         .collect();
     // Isotropic; two equal rows are the fewest that the format interpolates.
     Grid { size: [PROFILE_NODES, 2], values: repeated(&row, 2) }

@@ -16,9 +16,9 @@ pub const MAGIC: [u8; 12] = *b"tensor_file\0";
 
 const VERSION: [u8; 2] = [1, 0];
 // Limits far above any measurement, so that a damaged file cannot ask for much memory.
-const MOST_FIELDS: u64 = 64;
-const MOST_NAME: u64 = 256;
-const MOST_DIMENSIONS: u64 = 8;
+const MAX_FIELDS: u64 = 64;
+const MAX_NAME: u64 = 256;
+const MAX_DIMENSIONS: u64 = 8;
 /// The alignment of a field's data, for readers that map the file.
 const ALIGNMENT: usize = 8;
 
@@ -100,7 +100,7 @@ impl<'r, R: Read + Seek> TensorFile<'r, R> {
         if version != VERSION {
             return Err(TensorProblem::Version(version).into());
         }
-        let count = limited("the number of fields", directory.u32()?, MOST_FIELDS)?;
+        let count = limited("the number of fields", directory.u32()?, MAX_FIELDS)?;
         let fields = (0..count).map(|_| directory.field(length)).collect::<Result<_, _>>()?;
         Ok(Self { reader, fields, budget: length })
     }
@@ -220,11 +220,11 @@ impl<R: Read> Directory<'_, R> {
 
     /// A field whose data lie within the file.
     fn field(&mut self, length: u64) -> Result<Field, Problem> {
-        let letters = limited("the length of a field's name", self.u16()?, MOST_NAME)?;
+        let letters = limited("the length of a field's name", self.u16()?, MAX_NAME)?;
         let mut name = vec![0; letters as usize];
         self.fill(&mut name)?;
         let name = String::from_utf8_lossy(&name).into_owned();
-        let dimensions = limited("the number of dimensions", self.u16()?, MOST_DIMENSIONS)?;
+        let dimensions = limited("the number of dimensions", self.u16()?, MAX_DIMENSIONS)?;
         let [code] = self.bytes()?;
         let kind = Kind::of(code);
         let offset = self.u64()?;

@@ -64,7 +64,7 @@ const BANDS: [f64; 5] = [0.0, 30.0, 60.0, 80.0, 90.0];
 const ALBEDO_ANGLES: [f64; 9] = [0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0];
 
 /// The most samples that the spread is computed from.
-const MOST_SAMPLES: usize = 60_000;
+const MAX_SAMPLES: usize = 60_000;
 
 /// The audit of a measurement.
 #[must_use]
@@ -73,7 +73,7 @@ pub fn audit_measured(name: &str, measurement: &Measurement) -> MeasuredAudit {
         .samples()
         .fold((0, 0.0), |(count, sum), sample| (count + 1, sum + sample.weight));
     // Every n-th of the file, so that all elevations are met.
-    let step = samples / MOST_SAMPLES + 1;
+    let step = samples / MAX_SAMPLES + 1;
     let looked_at: Vec<Sample> = measurement.samples().step_by(step).collect();
     MeasuredAudit {
         measurement: name.to_owned(),

@@ -5,11 +5,16 @@
 pub const BLOCK: usize = 128;
 
 /// A value for each pair of a block.
-pub type Lanes = [f32; BLOCK];
+pub type PerPair = [f32; BLOCK];
 
 /// `count` values from `start` of each slice, then zeros.
 #[inline(always)]
-pub fn load<const N: usize>(lanes: &mut [Lanes; N], from: [&[f32]; N], start: usize, count: usize) {
+pub fn load<const N: usize>(
+    lanes: &mut [PerPair; N],
+    from: [&[f32]; N],
+    start: usize,
+    count: usize,
+) {
     for (lanes, from) in lanes.iter_mut().zip(from) {
         if count < BLOCK {
             *lanes = [0.0; BLOCK];
@@ -22,7 +27,7 @@ pub fn load<const N: usize>(lanes: &mut [Lanes; N], from: [&[f32]; N], start: us
 #[inline(always)]
 pub fn store<const N: usize>(
     to: &mut [&mut [f32]; N],
-    lanes: &[Lanes; N],
+    lanes: &[PerPair; N],
     start: usize,
     count: usize,
 ) {
@@ -35,6 +40,6 @@ pub fn store<const N: usize>(
 ///
 /// Not a closure over the axes: those stay calls, and a loop with a call is no vector loop.
 #[inline(always)]
-pub fn at([x, y, z]: &[Lanes; 3], i: usize) -> [f32; 3] {
+pub fn at([x, y, z]: &[PerPair; 3], i: usize) -> [f32; 3] {
     [x[i], y[i], z[i]]
 }

@@ -1,6 +1,6 @@
 //! Masking in f32: the published fit in closed form, the exact one as a polynomial or a table.
 
-use crate::brdf::batch::block::{BLOCK, Lanes};
+use crate::brdf::batch::block::{BLOCK, PerPair};
 use crate::math::arithmetic::{Arithmetic, Separate, atan2, exp_m1, ln_1p, max, min};
 use crate::math::direction::cot_of_cos;
 use crate::microfacet::{
@@ -22,9 +22,9 @@ pub trait BatchMasking {
     #[inline(always)]
     fn visibilities<A: Arithmetic>(
         &self,
-        [place_i, rest_i]: &[Lanes; 2],
-        [place_o, rest_o]: &[Lanes; 2],
-        visibilities: &mut Lanes,
+        [place_i, rest_i]: &[PerPair; 2],
+        [place_o, rest_o]: &[PerPair; 2],
+        visibilities: &mut PerPair,
     ) {
         for i in 0..BLOCK {
             visibilities[i] =
@@ -210,9 +210,9 @@ impl SingleG1Polynomial {
     #[inline(always)]
     fn visibilities_of<A: Arithmetic, const N: usize>(
         &self,
-        cos_i: &Lanes,
-        cos_o: &Lanes,
-        visibilities: &mut Lanes,
+        cos_i: &PerPair,
+        cos_o: &PerPair,
+        visibilities: &mut PerPair,
     ) {
         for i in 0..BLOCK {
             visibilities[i] = self.visibility_of::<A, N>(cos_i[i], cos_o[i]);
@@ -241,9 +241,9 @@ impl BatchMasking for SingleG1Polynomial {
     #[inline(always)]
     fn visibilities<A: Arithmetic>(
         &self,
-        [cos_i, _]: &[Lanes; 2],
-        [cos_o, _]: &[Lanes; 2],
-        visibilities: &mut Lanes,
+        [cos_i, _]: &[PerPair; 2],
+        [cos_o, _]: &[PerPair; 2],
+        visibilities: &mut PerPair,
     ) {
         match self.order {
             // A length that the compiler knows unrolls the loop.

@@ -4,7 +4,7 @@
 use std::f32::consts::FRAC_1_PI;
 
 use crate::brdf::MaskingKind;
-use crate::brdf::batch::block::{BLOCK, Lanes, at, load, store};
+use crate::brdf::batch::block::{BLOCK, PerPair, at, load, store};
 use crate::brdf::batch::kernel::SharedBlock;
 use crate::brdf::batch::masking::{BatchMasking, BatchMaskings, SingleG1Polynomial};
 use crate::brdf::batch::pairs::{LengthMismatch, Pairs, same_length};
@@ -308,19 +308,19 @@ impl SamplerBatch {
 
 /// A block of draws on its way.
 struct Blocks {
-    wo: [Lanes; 3],
-    u: [Lanes; 3],
+    wo: [PerPair; 3],
+    u: [PerPair; 3],
     /// q of the lobes and of diffuse.
-    shares: [Lanes; MAX_LOBES + 1],
+    shares: [PerPair; MAX_LOBES + 1],
     /// G1(wo) of each lobe's normals.
-    g1: [Lanes; MAX_LOBES],
+    g1: [PerPair; MAX_LOBES],
     choices: Choices,
-    wi: [Lanes; 3],
+    wi: [PerPair; 3],
     shared: SharedBlock,
     /// D of each lobe, then D (G1(wi)/cosθi) (G1(wo)/cosθo).
-    shapes: [Lanes; MAX_LOBES],
-    values: [Lanes; 3],
-    pdf: Lanes,
+    shapes: [PerPair; MAX_LOBES],
+    values: [PerPair; 3],
+    pdf: PerPair,
 }
 
 impl Blocks {
@@ -361,7 +361,7 @@ impl Blocks {
 
 /// Into [0, 1): a number in f64 may have been rounded to 1.
 #[inline(always)]
-fn clamp(numbers: &mut Lanes) {
+fn clamp(numbers: &mut PerPair) {
     for u in numbers {
         *u = max(min(*u, BELOW_ONE), 0.0);
     }
@@ -383,8 +383,8 @@ fn reflect<A: Arithmetic>(wo: [f32; 3], sin_o: f32, along: f32, across: f32) -> 
 #[inline(always)]
 fn fill_g1<A: Arithmetic, M: BatchMasking>(
     maskings: &[M],
-    wo: &[Lanes; 3],
-    g1: &mut [Lanes; MAX_LOBES],
+    wo: &[PerPair; 3],
+    g1: &mut [PerPair; MAX_LOBES],
 ) {
     // An array of its own: the vectoriser must see that it shares no memory with the maskings.
     let mut of_lobe = [0.0; BLOCK];

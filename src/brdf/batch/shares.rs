@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_PI;
 
-use crate::brdf::batch::block::{BLOCK, Lanes};
+use crate::brdf::batch::block::{BLOCK, PerPair};
 use crate::brdf::sampler::MIN_FRESNEL;
 use crate::material::{LobeParams, MAX_LOBES, Material};
 use crate::math::arithmetic::{max, min};
@@ -36,9 +36,9 @@ pub struct Choices {
     /// A lobe's index, or [`DIFFUSE`].
     pub technique: [u32; BLOCK],
     /// Where the uniform number fell in the technique's share, in [0, 1).
-    pub place: Lanes,
+    pub place: PerPair,
     /// G1(wo) of the chosen lobe; 1 for diffuse.
-    pub g1: Lanes,
+    pub g1: PerPair,
 }
 
 impl ShareOfColour {
@@ -79,7 +79,7 @@ impl Shares {
 
     /// q(wo) of the lobes and of diffuse.
     #[inline(always)]
-    pub fn fill(&self, cos_theta_o: &Lanes, shares: &mut [Lanes; MAX_LOBES + 1]) {
+    pub fn fill(&self, cos_theta_o: &PerPair, shares: &mut [PerPair; MAX_LOBES + 1]) {
         shares[MAX_LOBES] = [self.diffuse; BLOCK];
         for (lobe, shares) in self.lobes.iter().zip(&mut *shares) {
             // Not through the reference: the vectoriser must see that no share overwrites it.
@@ -105,9 +105,9 @@ impl Shares {
     #[inline(always)]
     pub fn choose(
         &self,
-        u: &Lanes,
-        [a, b, c, d]: &[Lanes; MAX_LOBES + 1],
-        [g1_a, g1_b, g1_c]: &[Lanes; MAX_LOBES],
+        u: &PerPair,
+        [a, b, c, d]: &[PerPair; MAX_LOBES + 1],
+        [g1_a, g1_b, g1_c]: &[PerPair; MAX_LOBES],
         choices: &mut Choices,
     ) {
         for i in 0..BLOCK {
