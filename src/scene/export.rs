@@ -17,7 +17,7 @@ impl Scene {
     /// where the target lies in another folder.
     ///
     /// # Errors
-    /// Missing resources, and what [`Container::of`] refuses.
+    /// Missing resources, and what `Container::of` refuses.
     pub fn export(
         &self,
         assigned: &[(SlotId, &Asset)],

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use crate::brdf::batch::block::{BLOCK, PerPair};
 use crate::brdf::batch::constants::{
-    Constants, FresnelAt, FresnelConstants, LobeConstants, NormalAt,
+    ColourConstants, Constants, FresnelAt, FresnelConstants, LobeConstants, NormalAt,
 };
 use crate::brdf::batch::masking::{BatchMasking, Place};
 use crate::brdf::batch::{Pairs, RgbMut};
@@ -55,6 +55,7 @@ fn saturated(sum: f32) -> f32 {
 
 /// [`Shared`] for a block of pairs, array by array.
 pub(super) struct SharedBlock {
+    /// All bits set where both directions are above the horizon, none elsewhere.
     visible: [u32; BLOCK],
     x: PerPair,
     spread: PerPair,
@@ -88,7 +89,7 @@ impl SharedBlock {
         for i in 0..BLOCK {
             let shared =
                 Shared::new::<A, M>([wi[0][i], wi[1][i], wi[2][i]], [wo[0][i], wo[1][i], wo[2][i]]);
-            self.visible[i] = u32::from(shared.visible);
+            self.visible[i] = u32::from(shared.visible).wrapping_neg();
             self.x[i] = shared.normal.x;
             self.spread[i] = shared.normal.spread;
             self.e[i] = shared.fresnel.e;
@@ -103,19 +104,17 @@ impl SharedBlock {
         NormalAt { x: self.x[i], spread: self.spread[i] }
     }
 
-    /// The values of the first pairs, 0 where a direction is not above the horizon.
+    /// f of a pair from the sum of its lobes: 0 where a direction is not above the horizon.
     #[inline(always)]
-    pub(super) fn seen(&self, values: &PerPair, out: &mut [f32]) {
-        for ((out, value), visible) in out.iter_mut().zip(values).zip(&self.visible) {
-            *out = if *visible != 0 { saturated(*value) } else { 0.0 };
-        }
+    fn seen(&self, i: usize, sum: f32) -> f32 {
+        f32::from_bits(saturated(sum).to_bits() & self.visible[i])
     }
 
     /// 0 where a direction is not above the horizon; saturated elsewhere.
     #[inline(always)]
     pub(super) fn clear_hidden(&self, values: &mut PerPair) {
-        for (value, visible) in values.iter_mut().zip(&self.visible) {
-            *value = if *visible != 0 { saturated(*value) } else { 0.0 };
+        for (i, value) in values.iter_mut().enumerate() {
+            *value = self.seen(i, *value);
         }
     }
 
@@ -132,35 +131,36 @@ impl Constants {
         &self,
         shared: &SharedBlock,
         shapes: &[PerPair; MAX_LOBES],
-        values: &mut [PerPair; 3],
+        values: [&mut PerPair; 3],
     ) {
         match self.full.as_deref() {
             Some([one]) => coloured::<A, 1>(self.diffuse, &[*one], shared, shapes, values),
             Some([a, b]) => coloured::<A, 2>(self.diffuse, &[*a, *b], shared, shapes, values),
             _ => {
-                *values = self.diffuse.map(|diffuse| [diffuse; BLOCK]);
-                for (lobe, shape) in self.lobes.iter().zip(shapes) {
-                    add::<A>(lobe, shared, shape, values);
+                for (c, values) in values.into_iter().enumerate() {
+                    *values = [self.diffuse[c]; BLOCK];
+                    for (lobe, shape) in self.lobes.iter().zip(shapes) {
+                        add::<A>(&lobe.colours[c], shared, shape, values);
+                    }
+                    shared.clear_hidden(values);
                 }
             }
         }
     }
 }
 
-/// Adds (ρs/π) F D (G1(wi)/cosθi) (G1(wo)/cosθo) of each colour of a lobe; `shape` is that without ρs/π
-/// and F.
+/// Adds (ρs/π) F D (G1(wi)/cosθi) (G1(wo)/cosθo) of a lobe's colour, if it has it; `shape` is that
+/// without ρs/π and F.
 #[inline(always)]
 fn add<A: Arithmetic>(
-    lobe: &LobeConstants,
+    colour: &ColourConstants,
     shared: &SharedBlock,
     shape: &PerPair,
-    values: &mut [PerPair; 3],
+    values: &mut PerPair,
 ) {
-    for (colour, values) in lobe.colours.iter().zip(values) {
-        let Some(specular) = colour.specular else { continue };
-        for (i, value) in values.iter_mut().enumerate() {
-            *value = A::mul_add(specular.at::<A>(shared.fresnel(i)), shape[i], *value);
-        }
+    let Some(specular) = colour.specular else { return };
+    for (i, value) in values.iter_mut().enumerate() {
+        *value = A::mul_add(specular.at::<A>(shared.fresnel(i)), shape[i], *value);
     }
 }
 
@@ -172,7 +172,7 @@ fn coloured<A: Arithmetic, const N: usize>(
     lobes: &[[FresnelConstants; 3]; N],
     shared: &SharedBlock,
     shapes: &[PerPair; MAX_LOBES],
-    [r, g, b]: &mut [PerPair; 3],
+    [r, g, b]: [&mut PerPair; 3],
 ) {
     for i in 0..BLOCK {
         let fresnel = shared.fresnel(i);
@@ -182,7 +182,7 @@ fn coloured<A: Arithmetic, const N: usize>(
             sum_g = A::mul_add(of_g.at::<A>(fresnel), shape[i], sum_g);
             sum_b = A::mul_add(of_b.at::<A>(fresnel), shape[i], sum_b);
         }
-        (r[i], g[i], b[i]) = (sum_r, sum_g, sum_b);
+        (r[i], g[i], b[i]) = (shared.seen(i, sum_r), shared.seen(i, sum_g), shared.seen(i, sum_b));
     }
 }
 
@@ -215,11 +215,23 @@ pub fn eval<A: Arithmetic, M: BatchMasking>(
         for ((lobe, masking), shape) in material.lobes.iter().zip(maskings).zip(&mut shapes) {
             fill_shape::<A, M>(lobe, masking, &shared, shape);
         }
-        material.colour::<A>(&shared, &shapes, &mut values);
-        for (values, out) in values.iter().zip(out.0.iter_mut()) {
-            shared.seen(values, &mut out[start..start + count]);
+        match whole_block(out, start) {
+            Some(values) => material.colour::<A>(&shared, &shapes, values),
+            None => {
+                material.colour::<A>(&shared, &shapes, values.each_mut());
+                for (values, out) in values.iter().zip(&mut out.0) {
+                    out[start..].copy_from_slice(&values[..count]);
+                }
+            }
         }
     }
+}
+
+/// The values from `start` on where a whole block is left: written where they lie, without a copy.
+#[inline(always)]
+fn whole_block<'a>(out: &'a mut RgbMut<'_>, start: usize) -> Option<[&'a mut PerPair; 3]> {
+    let [r, g, b] = out.0.each_mut().map(|values| values[start..].first_chunk_mut());
+    Some([r?, g?, b?])
 }
 
 /// The block at the start of `rest`, or `padded` where the rest is shorter.

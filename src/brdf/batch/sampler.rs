@@ -276,10 +276,7 @@ impl SamplerBatch {
                 *shape *= visibility;
             }
         }
-        self.batch.constants.colour::<A>(shared, shapes, values);
-        for values in values {
-            shared.clear_hidden(values);
-        }
+        self.batch.constants.colour::<A>(shared, shapes, values.each_mut());
     }
 
     /// q_d cosθi/π + Σ q D G1(wo)/(4 cosθo); leaves D of each lobe in `shapes`.
