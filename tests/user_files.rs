@@ -8,6 +8,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use sgdbake::scene::{Scene, SceneError};
@@ -88,6 +89,45 @@ fn an_input_is_never_overwritten() {
         assert!(stderr(&output).contains("is an input of this command"), "{}", stderr(&output));
     }
     assert!(fs::read(folder.path().join("ball.glb")).unwrap() == before);
+}
+
+/// Each folder is locked while files are written: one lock per folder, not per spelling.
+#[test]
+fn a_folder_with_two_spellings_is_written_without_waiting_for_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let textures = folder.path().join("in/tex");
+    fs::create_dir_all(&textures).unwrap();
+    fs::write(textures.join("b.bin"), [0; 4]).unwrap();
+    fs::write(textures.join("a.png"), "not really PNG").unwrap();
+    // `link` is another spelling of `tex`, in the scene's folder and where the scene goes.
+    for link in ["in/link", "link"] {
+        std::os::unix::fs::symlink("tex", folder.path().join(link)).unwrap();
+    }
+    for [buffer, image] in [["./tex/b.bin", "tex/a.png"], ["tex/b.bin", "link/a.png"]] {
+        let scene = json!({"asset": {"version": "2.0"},
+            "buffers": [{"uri": buffer, "byteLength": 4}], "images": [{"uri": image}]});
+        fs::write(folder.path().join("in/a.gltf"), scene.to_string()).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sgdbake"));
+        let command = command.current_dir(folder.path());
+        let export = words("--quiet export in/a.gltf --force -o out.gltf");
+        let mut child = command.args(export).spawn().unwrap();
+        let deadline = Instant::now() + Duration::from_secs(30);
+        let status = loop {
+            match child.try_wait().unwrap() {
+                Some(status) => break Some(status),
+                None if Instant::now() > deadline => break None,
+                None => std::thread::sleep(Duration::from_millis(10)),
+            }
+        };
+        if status.is_none() {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+        assert!(status.is_some_and(|status| status.success()), "{buffer} and {image}: {status:?}");
+        assert!(
+            folder.path().join("tex/b.bin").exists() && folder.path().join("tex/a.png").exists()
+        );
+    }
 }
 
 #[test]
