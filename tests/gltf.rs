@@ -311,7 +311,7 @@ fn pruning_takes_out_what_only_replaced_materials_showed() {
         "textures": [{"source": 0}, {"source": 1}],
         "images": [image(1), image(3)],
         "extensions": {"MADE_up": {"bufferView": 4}},
-        "bufferViews": views,
+        "bufferViews": views.clone(),
         "buffers": [{"byteLength": bin.len()}],
     });
     let path = folder.path().join("in.glb");
@@ -341,9 +341,18 @@ fn pruning_takes_out_what_only_replaced_materials_showed() {
             before["bufferViews"][index]["byteLength"].as_u64().unwrap() as usize
         );
     }
-    // A view that something unknown refers to stays.
-    before["extensions"]["MADE_up"]["bufferView"] = json!(1);
-    assert!(pruned(&before, &[0, 1, 2]).1.starts_with(&bin));
+    // A view that something unknown refers to stays, however the number is spelled.
+    for view in [json!(1), json!(1.0)] {
+        before["extensions"]["MADE_up"]["bufferView"] = view;
+        assert!(pruned(&before, &[0, 1, 2]).1.starts_with(&bin));
+    }
+    // A first buffer with an address of its own is not the BIN chunk: neither changes.
+    before["extensions"]["MADE_up"]["bufferView"] = json!(4);
+    before["buffers"][0]["uri"] = json!("first.bin");
+    fs::write(folder.path().join("first.bin"), &bin).unwrap();
+    let (after, rest) = pruned(&before, &[0, 1, 2]);
+    assert!(rest == bin && after["buffers"][0] == before["buffers"][0]);
+    assert_eq!(after["bufferViews"].as_array().unwrap()[..5], views);
 }
 
 /// Lookup textures of a measured material that stays, and files that an unknown extension names.
