@@ -214,6 +214,28 @@ fn pairs_are_read_line_by_line_from_stdin_too() {
     assert!(stderr(&output).contains("-:2: the line has more than 4096 bytes"));
 }
 
+/// What does not fit is refused, not cut: a shorter file may be a valid one that says less.
+#[test]
+fn assignments_from_stdin_are_as_long_as_those_of_a_file_at_most() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "\"*\" = \"gold-paint\"\n";
+    let text = [line.as_bytes(), &vec![b'\n'; 16 << 20]].concat();
+    fs::write(folder.path().join("a.toml"), &text).unwrap();
+    for file in ["a.toml", "-"] {
+        let export = format!("export --shape ball --assign-file {file} --dry-run -o out.glb");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sgdbake"));
+        let command = command.current_dir(folder.path()).args(words(&export));
+        let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        // A refused input closes the pipe early.
+        let _ = child.stdin.take().unwrap().write_all(&text);
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{file}: {}", stderr(&output));
+        let expected = "a text of this kind has at most 16777216 bytes";
+        assert!(stderr(&output).contains(expected), "{file}: {}", stderr(&output));
+    }
+}
+
 /// What exists at the output path is told by its head: a file of any size is refused at once.
 #[test]
 fn a_large_file_in_the_way_is_not_read() {
