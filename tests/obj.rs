@@ -132,6 +132,15 @@ fn an_emissive_texture_without_a_colour_shines() {
 }
 
 #[test]
+fn materials_that_no_face_uses_are_left_out() {
+    let obj =
+        format!("{SQUARE}usemtl unused\nusemtl used\nf 1 2 3\nusemtl point\np 1\nusemtl last\n");
+    let (json, _, scene) = convert(&obj, &[]).unwrap();
+    assert_eq!(json["materials"].as_array().unwrap().len(), 1);
+    assert_eq!((scene.slots()[0].label(), scene.slots()[0].triangles), ("used".into(), 1));
+}
+
+#[test]
 fn damaged_files_name_their_line() {
     for (text, line) in [
         ("v 0 0 0\nf 1 2 3\n", "line 2"),
