@@ -245,11 +245,9 @@ impl<'p, R: BufRead> Lines<'p, R> {
     /// The parts of a corner `v/vt/vn`. Indices are at least 1, or count back from the last one.
     fn corner(&self, corner: &[u8]) -> Result<Layout, String> {
         let mut present = [false; 3];
-        let mut at = 0;
         for (kind, digits) in corner.split(|byte| *byte == b'/').enumerate() {
             let present = present.get_mut(kind).ok_or_else(|| not_a_corner(corner))?;
             *present = !digits.is_empty();
-            at = kind;
             if *present && !self.in_range(kind, digits).ok_or_else(|| not_a_corner(corner))? {
                 return Err(format!(
                     "index {} is out of range, there are {} so far",
@@ -258,7 +256,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
                 ));
             }
         }
-        match present[0] && at < 3 {
+        match present[0] {
             true => Ok(Layout { texcoords: present[1], normals: present[2] }),
             false => Err(not_a_corner(corner)),
         }
