@@ -236,6 +236,28 @@ fn assignments_from_stdin_are_as_long_as_those_of_a_file_at_most() {
     }
 }
 
+/// A page is one file, wherever the scene lies.
+#[test]
+fn a_page_names_the_file_that_it_cannot_take_in() {
+    let folder = tempfile::tempdir().unwrap();
+    for place in ["page", "other"] {
+        fs::create_dir(folder.path().join(place)).unwrap();
+        let scene = folder.path().join(place).join("a.gltf");
+        let export = "export --shape ball --assign *=gold-paint --tolerance 1e-2 -o";
+        let export: Vec<&str> =
+            words(export).into_iter().chain([scene.to_str().unwrap()]).collect();
+        assert!(run(folder.path(), &export).status.success());
+        let mut document: Value = serde_json::from_slice(&fs::read(&scene).unwrap()).unwrap();
+        document["extensions"] = json!({"MADE_up": {"uri": "note.txt"}});
+        fs::write(&scene, document.to_string()).unwrap();
+        fs::write(folder.path().join(place).join("note.txt"), "a note").unwrap();
+        let view = format!("view {place}/a.gltf --dry-run -o a.html");
+        let output = run(folder.path(), &words(&view));
+        let expected = "the scene keeps a file beside it, note.txt";
+        assert!(stderr(&output).contains(expected), "{place}: {}", stderr(&output));
+    }
+}
+
 /// What exists at the output path is told by its head: a file of any size is refused at once.
 #[test]
 fn a_large_file_in_the_way_is_not_read() {
