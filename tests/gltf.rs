@@ -195,6 +195,35 @@ fn a_replaced_material_keeps_what_is_not_reflection() {
     assert_eq!(textures[0]["mimeType"], "image/x-exr");
 }
 
+/// KHR_materials_pbrSpecularGlossiness overrules the base colour, and its alpha with it.
+#[test]
+fn the_alpha_of_a_specular_glossiness_material_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, target] = ["in.gltf", "out.gltf"].map(|name| folder.path().join(name));
+    let gloss = |body: Value| {
+        json!({"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.75]},
+            "extensions": {"KHR_materials_pbrSpecularGlossiness": body}})
+    };
+    let materials = [
+        gloss(json!({"diffuseFactor": [0.5, 0.5, 0.5, 0.25]})),
+        gloss(json!({"diffuseTexture": {"index": 0}})),
+    ];
+    let before = json!({"asset": {"version": "2.0"}, "materials": materials,
+        "textures": [{}], "extensionsUsed": ["KHR_materials_pbrSpecularGlossiness"]});
+    fs::write(&path, before.to_string()).unwrap();
+    let (scene, asset) = (Scene::open(&path).unwrap(), asset());
+    let assigned = [0, 1].map(|index| (SlotId::Material(index), &asset));
+    export(&scene, &assigned, &target);
+    let (after, _) = document(&target);
+    for (index, alpha) in [(0, "0.25"), (1, "1")] {
+        let factor = &after["materials"][index]["pbrMetallicRoughness"]["baseColorFactor"];
+        assert_eq!(factor.to_string(), format!("[0.5,0.25,0.125,{alpha}]"));
+    }
+    let warnings = scene.export(&assigned, &target).unwrap().warnings;
+    let lost = "material 1: its alpha came from the base colour texture, which goes";
+    assert_eq!(warnings, [lost]);
+}
+
 #[test]
 fn primitives_without_a_material_can_be_assigned() {
     let folder = tempfile::tempdir().unwrap();
@@ -311,7 +340,7 @@ fn pruning_takes_out_what_only_replaced_materials_showed() {
         "textures": [{"source": 0}, {"source": 1}],
         "images": [image(1), image(3)],
         "extensions": {"MADE_up": {"bufferView": 4}},
-        "bufferViews": views,
+        "bufferViews": views.clone(),
         "buffers": [{"byteLength": bin.len()}],
     });
     let path = folder.path().join("in.glb");
@@ -341,9 +370,18 @@ fn pruning_takes_out_what_only_replaced_materials_showed() {
             before["bufferViews"][index]["byteLength"].as_u64().unwrap() as usize
         );
     }
-    // A view that something unknown refers to stays.
-    before["extensions"]["MADE_up"]["bufferView"] = json!(1);
-    assert!(pruned(&before, &[0, 1, 2]).1.starts_with(&bin));
+    // A view that something unknown refers to stays, however the number is spelled.
+    for view in [json!(1), json!(1.0)] {
+        before["extensions"]["MADE_up"]["bufferView"] = view;
+        assert!(pruned(&before, &[0, 1, 2]).1.starts_with(&bin));
+    }
+    // A first buffer with an address of its own is not the BIN chunk: neither changes.
+    before["extensions"]["MADE_up"]["bufferView"] = json!(4);
+    before["buffers"][0]["uri"] = json!("first.bin");
+    fs::write(folder.path().join("first.bin"), &bin).unwrap();
+    let (after, rest) = pruned(&before, &[0, 1, 2]);
+    assert!(rest == bin && after["buffers"][0] == before["buffers"][0]);
+    assert_eq!(after["bufferViews"].as_array().unwrap()[..5], views);
 }
 
 /// Lookup textures of a measured material that stays, and files that an unknown extension names.

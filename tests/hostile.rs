@@ -141,6 +141,29 @@ fn cyclic_nodes_are_refused() {
     assert_eq!(message, "not a valid glTF: nodes[0]: is on or below a cycle of nodes");
 }
 
+/// A chain of nodes that list their child twice would be drawn 2ⁿ times.
+#[test]
+fn nodes_that_form_no_trees_are_refused() {
+    let refusal = |nodes: Value, roots: Value| {
+        let document =
+            json!({"asset": {"version": "2.0"}, "nodes": nodes, "scenes": [{"nodes": roots}]});
+        open("a.gltf", document.to_string().as_bytes()).unwrap_err().to_string()
+    };
+    let chain: Vec<Value> = (1..=26).map(|next| json!({"children": [next, next]})).collect();
+    let doubling = Value::Array([chain, vec![json!({})]].concat());
+    let expected = "nodes[0].children: lists nodes[1] twice; a node lists each child once";
+    assert_eq!(refusal(doubling, json!([0])), format!("not a valid glTF: {expected}"));
+    let diamond = json!([{"children": [1, 2]}, {"children": [3]}, {"children": [3]}, {}]);
+    let expected = "nodes[2].children: lists nodes[3], a child of nodes[1] too; \
+                    a node has at most one parent";
+    assert_eq!(refusal(diamond, json!([0])), format!("not a valid glTF: {expected}"));
+    let pair = json!([{"children": [1]}, {}]);
+    let expected = "scenes[0].nodes: lists nodes[1], a child of nodes[0]; a scene lists root nodes";
+    assert_eq!(refusal(pair.clone(), json!([0, 1])), format!("not a valid glTF: {expected}"));
+    let expected = "scenes[0].nodes: lists nodes[0] twice; a scene lists each root once";
+    assert_eq!(refusal(pair, json!([0, 0])), format!("not a valid glTF: {expected}"));
+}
+
 #[test]
 fn deep_json_passes_through_where_it_is_not_read_and_is_an_error_where_it_is() {
     let depth = 100_000;

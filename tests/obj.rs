@@ -116,6 +116,31 @@ fn textures_of_a_library_are_embedded_or_warned_of() {
 }
 
 #[test]
+fn an_emissive_texture_without_a_colour_shines() {
+    let mtl = "newmtl m\nmap_Ke -imfchan l e.png\nnewmtl black\nKe 0 0 0\nmap_Ke e.png\n\
+               newmtl red\nKe 1 0 0\nmap_Ke e.png\nnewmtl dark\nKe 0 0 0\nmap_Ke gone.png\n";
+    let faces: String =
+        ["m", "black", "red", "dark"].map(|m| format!("usemtl {m}\nf 1 2 3\n")).concat();
+    let obj = format!("mtllib m.mtl\n{SQUARE}{faces}");
+    let (json, ..) = convert(&obj, &[("m.mtl", mtl), ("e.png", "not really PNG")]).unwrap();
+    for (index, factor) in [(0, "[1.0,1.0,1.0]"), (1, "[1.0,1.0,1.0]"), (2, "[1.0,0.0,0.0]")] {
+        let material = &json["materials"][index];
+        assert_eq!(material["emissiveTexture"].to_string(), r#"{"index":0}"#, "{material}");
+        assert_eq!(material["emissiveFactor"].to_string(), factor);
+    }
+    assert!(json["materials"][3].get("emissiveFactor").is_none());
+}
+
+#[test]
+fn materials_that_no_face_uses_are_left_out() {
+    let obj =
+        format!("{SQUARE}usemtl unused\nusemtl used\nf 1 2 3\nusemtl point\np 1\nusemtl last\n");
+    let (json, _, scene) = convert(&obj, &[]).unwrap();
+    assert_eq!(json["materials"].as_array().unwrap().len(), 1);
+    assert_eq!((scene.slots()[0].label(), scene.slots()[0].triangles), ("used".into(), 1));
+}
+
+#[test]
 fn damaged_files_name_their_line() {
     for (text, line) in [
         ("v 0 0 0\nf 1 2 3\n", "line 2"),

@@ -8,6 +8,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use sgdbake::scene::{Scene, SceneError};
@@ -88,6 +89,45 @@ fn an_input_is_never_overwritten() {
         assert!(stderr(&output).contains("is an input of this command"), "{}", stderr(&output));
     }
     assert!(fs::read(folder.path().join("ball.glb")).unwrap() == before);
+}
+
+/// Each folder is locked while files are written: one lock per folder, not per spelling.
+#[test]
+fn a_folder_with_two_spellings_is_written_without_waiting_for_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let textures = folder.path().join("in/tex");
+    fs::create_dir_all(&textures).unwrap();
+    fs::write(textures.join("b.bin"), [0; 4]).unwrap();
+    fs::write(textures.join("a.png"), "not really PNG").unwrap();
+    // `link` is another spelling of `tex`, in the scene's folder and where the scene goes.
+    for link in ["in/link", "link"] {
+        std::os::unix::fs::symlink("tex", folder.path().join(link)).unwrap();
+    }
+    for [buffer, image] in [["./tex/b.bin", "tex/a.png"], ["tex/b.bin", "link/a.png"]] {
+        let scene = json!({"asset": {"version": "2.0"},
+            "buffers": [{"uri": buffer, "byteLength": 4}], "images": [{"uri": image}]});
+        fs::write(folder.path().join("in/a.gltf"), scene.to_string()).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sgdbake"));
+        let command = command.current_dir(folder.path());
+        let export = words("--quiet export in/a.gltf --force -o out.gltf");
+        let mut child = command.args(export).spawn().unwrap();
+        let deadline = Instant::now() + Duration::from_secs(30);
+        let status = loop {
+            match child.try_wait().unwrap() {
+                Some(status) => break Some(status),
+                None if Instant::now() > deadline => break None,
+                None => std::thread::sleep(Duration::from_millis(10)),
+            }
+        };
+        if status.is_none() {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+        assert!(status.is_some_and(|status| status.success()), "{buffer} and {image}: {status:?}");
+        assert!(
+            folder.path().join("tex/b.bin").exists() && folder.path().join("tex/a.png").exists()
+        );
+    }
 }
 
 #[test]
@@ -172,6 +212,50 @@ fn pairs_are_read_line_by_line_from_stdin_too() {
     let output = eval(&endless);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("-:2: the line has more than 4096 bytes"));
+}
+
+/// What does not fit is refused, not cut: a shorter file may be a valid one that says less.
+#[test]
+fn assignments_from_stdin_are_as_long_as_those_of_a_file_at_most() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "\"*\" = \"gold-paint\"\n";
+    let text = [line.as_bytes(), &vec![b'\n'; 16 << 20]].concat();
+    fs::write(folder.path().join("a.toml"), &text).unwrap();
+    for file in ["a.toml", "-"] {
+        let export = format!("export --shape ball --assign-file {file} --dry-run -o out.glb");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sgdbake"));
+        let command = command.current_dir(folder.path()).args(words(&export));
+        let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        // A refused input closes the pipe early.
+        let _ = child.stdin.take().unwrap().write_all(&text);
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{file}: {}", stderr(&output));
+        let expected = "a text of this kind has at most 16777216 bytes";
+        assert!(stderr(&output).contains(expected), "{file}: {}", stderr(&output));
+    }
+}
+
+/// A page is one file, wherever the scene lies.
+#[test]
+fn a_page_names_the_file_that_it_cannot_take_in() {
+    let folder = tempfile::tempdir().unwrap();
+    for place in ["page", "other"] {
+        fs::create_dir(folder.path().join(place)).unwrap();
+        let scene = folder.path().join(place).join("a.gltf");
+        let export = "export --shape ball --assign *=gold-paint --tolerance 1e-2 -o";
+        let export: Vec<&str> =
+            words(export).into_iter().chain([scene.to_str().unwrap()]).collect();
+        assert!(run(folder.path(), &export).status.success());
+        let mut document: Value = serde_json::from_slice(&fs::read(&scene).unwrap()).unwrap();
+        document["extensions"] = json!({"MADE_up": {"uri": "note.txt"}});
+        fs::write(&scene, document.to_string()).unwrap();
+        fs::write(folder.path().join(place).join("note.txt"), "a note").unwrap();
+        let view = format!("view {place}/a.gltf --dry-run -o a.html");
+        let output = run(folder.path(), &words(&view));
+        let expected = "the scene keeps a file beside it, note.txt";
+        assert!(stderr(&output).contains(expected), "{place}: {}", stderr(&output));
+    }
 }
 
 /// What exists at the output path is told by its head: a file of any size is refused at once.

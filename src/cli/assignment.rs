@@ -17,7 +17,7 @@ pub struct AssignmentArguments {
     /// wins. MATERIAL is a catalogue name or the path of a material file
     #[arg(long, value_name = "SLOT=MATERIAL")]
     assign: Vec<Assignment>,
-    /// A TOML file of lines "SLOT" = "MATERIAL", or - for stdin; --assign goes before it
+    /// A TOML file of lines "SLOT" = "MATERIAL", or - for stdin; --assign comes after it
     #[arg(long, value_name = "FILE")]
     assign_file: Option<PathBuf>,
 }

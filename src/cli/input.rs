@@ -18,11 +18,13 @@ pub fn check_text(path: &Path) -> Result<(), Failure> {
     let Ok(metadata) = fs::metadata(path) else { return Ok(()) };
     regular(path, &metadata)?;
     if metadata.len() > LARGEST_TEXT {
-        let size = metadata.len();
-        return Err(Failure::usage(format!("{} has {size} bytes", path.display()))
-            .help(format!("a text of this kind has at most {LARGEST_TEXT} bytes")));
+        return Err(too_large(format!("{} has {} bytes", path.display(), metadata.len())));
     }
     Ok(())
+}
+
+fn too_large(found: String) -> Failure {
+    Failure::usage(found).help(format!("a text of this kind has at most {LARGEST_TEXT} bytes"))
 }
 
 /// Refuses pipes, devices and folders.
@@ -47,13 +49,16 @@ pub fn unreadable(path: &Path, error: &io::Error) -> Failure {
 /// Reads a whole text.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
     if path == Path::new(STDIN) {
-        let mut text = String::new();
-        // Stdin has no length to check beforehand: what lies beyond the limit is not read.
-        io::stdin()
-            .take(LARGEST_TEXT)
-            .read_to_string(&mut text)
-            .map_err(|error| unreadable(path, &error))?;
-        return Ok(text);
+        let mut bytes = Vec::new();
+        // Stdin has no length to check beforehand. One byte beyond the limit tells that there is
+        // more.
+        let read = io::stdin().take(LARGEST_TEXT + 1).read_to_end(&mut bytes);
+        read.map_err(|error| unreadable(path, &error))?;
+        if bytes.len() as u64 > LARGEST_TEXT {
+            return Err(too_large(format!("stdin has more than {LARGEST_TEXT} bytes")));
+        }
+        return String::from_utf8(bytes)
+            .map_err(|error| unreadable(path, &io::Error::new(io::ErrorKind::InvalidData, error)));
     }
     check_text(path)?;
     fs::read_to_string(path).map_err(|error| unreadable(path, &error))

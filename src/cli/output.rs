@@ -186,10 +186,10 @@ impl Writing {
         if self.dry_run {
             return Ok(());
         }
-        // Sorted, so that two runs that share folders lock them in the same order.
-        let folders: BTreeSet<&Path> = paths.map(parent).collect();
-        let _locks: Vec<Option<fs::File>> =
-            folders.into_iter().map(prepared).collect::<Result<_, _>>()?;
+        // Sorted, so that two runs that share folders lock them in the same order. A folder with
+        // two spellings counts once: a second lock would wait for the first.
+        let folders: BTreeSet<PathBuf> = paths.map(parent).map(made).collect::<Result<_, _>>()?;
+        let _locks: Vec<Option<fs::File>> = folders.iter().map(|folder| locked(folder)).collect();
         let complete: Vec<NamedTempFile> = files.iter().map(complete).collect::<Result<_, _>>()?;
         // A rename within a folder: a reader finds the old file or the new one, never a part of it.
         for (file, complete) in files.iter().zip(complete) {
@@ -207,14 +207,19 @@ fn complete(file: &NewFile<'_>) -> Result<NamedTempFile, Failure> {
     Ok(temporary)
 }
 
-/// Makes a folder, locks it and clears it of what killed runs left. Where a folder cannot be
-/// locked, as on Windows, two runs may write into it at a time.
-fn prepared(folder: &Path) -> Result<Option<fs::File>, Failure> {
-    fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
+/// Makes a folder where there is none, and returns its canonical path.
+fn made(folder: &Path) -> Result<PathBuf, Failure> {
+    let made = fs::create_dir_all(folder).and_then(|()| folder.canonicalize());
+    made.map_err(|error| cannot_write(folder, &error))
+}
+
+/// Locks a folder and clears it of what killed runs left. Where a folder cannot be locked, as on
+/// Windows, two runs may write into it at a time.
+fn locked(folder: &Path) -> Option<fs::File> {
     let lock = fs::File::open(folder).ok().filter(|folder| folder.lock().is_ok());
     // Under the lock, so that no other run is about to create and lock a file here.
     remove_leftovers(folder);
-    Ok(lock)
+    lock
 }
 
 fn cannot_write(path: &Path, error: &io::Error) -> Failure {

@@ -134,7 +134,7 @@ pub fn balls(
         note: NOTE.to_owned(),
         balls: assets.iter().map(caption).collect(),
         measurement,
-        glb: glb(&scene, &slots)?,
+        glb: glb(&scene, &slots, Path::new("balls.glb"))?,
     })
 }
 
@@ -219,7 +219,8 @@ fn of_scene(path: &Path, output: &Output) -> Result<View, Failure> {
         },
         balls: Vec::new(),
         measurement: None,
-        glb: glb(&scene, &[])?,
+        // A file is not a folder, and so not the scene's: files beside the scene are listed.
+        glb: glb(&scene, &[], &path.join("scene.glb"))?,
     })
 }
 
@@ -260,10 +261,9 @@ fn check_measured(scene: &Scene, path: &Path, output: &Output) -> Result<usize, 
     )))
 }
 
-/// The pieces of the scene as one .glb.
-fn glb(scene: &Scene, slots: &[(SlotId, &Asset)]) -> Result<Vec<Bytes>, Failure> {
-    // In a folder that is not the scene's, so that files beside it are listed.
-    let export = scene.export(slots, Path::new("page/scene.glb"))?;
+/// The pieces of the scene as one .glb, as if for `target`.
+fn glb(scene: &Scene, slots: &[(SlotId, &Asset)], target: &Path) -> Result<Vec<Bytes>, Failure> {
+    let export = scene.export(slots, target)?;
     let mut files = export.files.into_iter();
     let scene = files.next().map(|file| file.pieces).unwrap_or_default();
     match files.next() {

@@ -1,6 +1,7 @@
 //! Checks of a document before anything relies on it: indices exist, sizes fit, nodes form
 //! no cycle. Nothing is decoded and nothing allocated by a claimed size.
 
+use std::collections::BTreeSet;
 use std::fmt::Display;
 
 use crate::scene::{
@@ -148,44 +149,76 @@ fn check_mesh(outline: &Outline, i: usize, mesh: &Mesh) -> Result<(), SceneError
     Ok(())
 }
 
-/// Node references exist, and no node is its own descendant.
+/// Node references exist, and the nodes form trees, as glTF 2.0 demands (§3.5.2): a walk from the
+/// roots visits each node once at most.
 fn nodes(outline: &Outline) -> Result<(), SceneError> {
     let nodes = &outline.nodes;
     optional(&"scene", outline.scene, &outline.scenes)?;
-    for (i, scene) in outline.scenes.iter().enumerate() {
-        all(&format_args!("scenes[{i}].nodes"), &scene.nodes, nodes)?;
-    }
-    let mut parents = vec![0usize; nodes.len()];
+    let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
     for (i, node) in nodes.iter().enumerate() {
         optional(&format_args!("nodes[{i}].mesh"), node.mesh, &outline.meshes)?;
         optional(&format_args!("nodes[{i}].skin"), node.skin, &outline.skins)?;
         optional(&format_args!("nodes[{i}].camera"), node.camera, &outline.cameras)?;
         all(&format_args!("nodes[{i}].children"), &node.children, nodes)?;
-        // `all` has checked that the children exist.
-        node.children.iter().for_each(|child| parents[child.0 as usize] += 1);
-    }
-    acyclic(outline, parents)
-}
-
-/// Takes away roots until none is left; what remains lies on or below a cycle.
-fn acyclic(outline: &Outline, mut parents: Vec<usize>) -> Result<(), SceneError> {
-    let mut roots: Vec<usize> = (0..parents.len()).filter(|i| parents[*i] == 0).collect();
-    let mut left = parents.len();
-    while let Some(root) = roots.pop() {
-        left -= 1;
-        for Index(child) in &outline.nodes[root].children {
-            let child = *child as usize;
-            parents[child] -= 1;
-            if parents[child] == 0 {
-                roots.push(child);
+        for Index(child) in &node.children {
+            // `all` has checked that the children exist.
+            if let Some(first) = parents[*child as usize].replace(i) {
+                return Err(second_parent(*child, [first, i]));
             }
         }
     }
-    match parents.iter().position(|count| *count > 0) {
-        Some(node) if left > 0 => {
+    // First, as the message of a cycle says more than that its nodes are not roots.
+    acyclic(outline, &parents)?;
+    scenes(outline, &parents)
+}
+
+fn second_parent(child: u64, [first, second]: [usize; 2]) -> SceneError {
+    let reason = match first == second {
+        true => format!("lists nodes[{child}] twice; a node lists each child once"),
+        false => format!(
+            "lists nodes[{child}], a child of nodes[{first}] too; a node has at most one parent"
+        ),
+    };
+    invalid(&format_args!("nodes[{second}].children"), reason)
+}
+
+/// The nodes of a scene exist, are roots, and differ.
+fn scenes(outline: &Outline, parents: &[Option<usize>]) -> Result<(), SceneError> {
+    for (i, scene) in outline.scenes.iter().enumerate() {
+        let place = format_args!("scenes[{i}].nodes");
+        all(&place, &scene.nodes, &outline.nodes)?;
+        let mut listed = BTreeSet::new();
+        for Index(root) in &scene.nodes {
+            if let Some(parent) = parents[*root as usize] {
+                let reason = format!(
+                    "lists nodes[{root}], a child of nodes[{parent}]; a scene lists root nodes"
+                );
+                return Err(invalid(&place, reason));
+            }
+            if !listed.insert(root) {
+                let reason = format!("lists nodes[{root}] twice; a scene lists each root once");
+                return Err(invalid(&place, reason));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Follows the children from the roots; a node that is not reached lies on or below a cycle.
+fn acyclic(outline: &Outline, parents: &[Option<usize>]) -> Result<(), SceneError> {
+    let mut reached: Vec<bool> = parents.iter().map(Option::is_none).collect();
+    let mut open: Vec<usize> = (0..reached.len()).filter(|i| reached[*i]).collect();
+    while let Some(node) = open.pop() {
+        for Index(child) in &outline.nodes[node].children {
+            reached[*child as usize] = true;
+            open.push(*child as usize);
+        }
+    }
+    match reached.iter().position(|reached| !reached) {
+        Some(node) => {
             Err(invalid(&format_args!("nodes[{node}]"), "is on or below a cycle of nodes"))
         }
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 

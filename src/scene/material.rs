@@ -10,6 +10,7 @@ use crate::scene::text::{Pieces, quote};
 
 pub(super) const SPECULAR: &str = "KHR_materials_specular";
 pub(super) const CLEARCOAT: &str = "KHR_materials_clearcoat";
+const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
 
 /// Material extensions that describe reflection or transmission themselves: with the fit they
 /// would bend it, so they are taken out. `KHR_materials_ior` is among them because the fit's F0 is
@@ -21,7 +22,7 @@ pub(super) const REFLECTION: [&str; 14] = [
     "KHR_materials_dispersion",
     "KHR_materials_ior",
     "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness",
+    SPECULAR_GLOSSINESS,
     "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_subsurface",
@@ -55,7 +56,9 @@ pub(super) fn replace(
     if material.get("name").is_none() {
         material.set("name", quote(&asset.material.parameters.name));
     }
-    let reflection = metallic_roughness(material.get("pbrMetallicRoughness"), asset)?;
+    let alpha = alpha(&material)?;
+    let reflection =
+        metallic_roughness(material.get("pbrMetallicRoughness"), alpha.as_deref(), asset)?;
     material.set("pbrMetallicRoughness", reflection);
     let extensions = extensions(material.get("extensions"), asset, textures, document)?;
     material.set("extensions", extensions);
@@ -130,10 +133,14 @@ pub(super) fn without_extension(raw: &str) -> serde_json::Result<String> {
 /// Warnings about parts of the material `raw` that its replacement loses.
 pub(super) fn losses(raw: &str) -> serde_json::Result<Vec<&'static str>> {
     let material = Pieces::object(raw)?;
-    let reflection = Pieces::object(material.get("pbrMetallicRoughness").unwrap_or("{}"))?;
+    let reflection = Pieces::object(material.original("pbrMetallicRoughness").unwrap_or("{}"))?;
     // Values are JSON text, so a string has its quotes.
     let transparent = material.get("alphaMode").is_some_and(|mode| mode != "\"OPAQUE\"");
-    let cut_out = transparent && reflection.get("baseColorTexture").is_some();
+    let texture = match specular_glossiness(&material)? {
+        Some(body) => body.original("diffuseTexture"),
+        None => reflection.original("baseColorTexture"),
+    };
+    let cut_out = transparent && texture.is_some();
     let no_room = material.get("extras").is_some_and(|extras| !extras.starts_with('{'));
     let losses = [
         cut_out.then_some("its alpha came from the base colour texture, which goes"),
@@ -142,16 +149,33 @@ pub(super) fn losses(raw: &str) -> serde_json::Result<Vec<&'static str>> {
     Ok(losses.into_iter().flatten().collect())
 }
 
+/// The body of [`SPECULAR_GLOSSINESS`], which overrules `pbrMetallicRoughness`.
+fn specular_glossiness<'t>(material: &Pieces<'t>) -> serde_json::Result<Option<Pieces<'t>>> {
+    let extensions = Pieces::object(material.original("extensions").unwrap_or("{}"))?;
+    extensions.original(SPECULAR_GLOSSINESS).map(Pieces::object).transpose()
+}
+
+/// The text of the alpha of a material; `None` where it states none.
+fn alpha(material: &Pieces<'_>) -> serde_json::Result<Option<String>> {
+    let reflection = Pieces::object(material.original("pbrMetallicRoughness").unwrap_or("{}"))?;
+    let factor = match specular_glossiness(material)? {
+        Some(body) => body.original("diffuseFactor"),
+        None => reflection.original("baseColorFactor"),
+    };
+    let factor = factor.map(Pieces::array).transpose()?;
+    Ok(factor.and_then(|factor| factor.item(3).map(str::to_owned)))
+}
+
 /// Base colour, metallic and roughness from the fit; alpha stays.
-fn metallic_roughness(raw: Option<&str>, asset: &Asset) -> serde_json::Result<String> {
+fn metallic_roughness(
+    raw: Option<&str>,
+    alpha: Option<&str>,
+    asset: &Asset,
+) -> serde_json::Result<String> {
     let fit = &asset.gltf;
     let mut reflection = Pieces::object(raw.unwrap_or("{}"))?;
-    let alpha = match reflection.get("baseColorFactor") {
-        Some(factor) => Pieces::array(factor)?.values().nth(3).map(str::to_owned),
-        None => None,
-    };
     let [r, g, b] = fit.base_color;
-    let alpha = alpha.as_deref().unwrap_or("1");
+    let alpha = alpha.unwrap_or("1");
     // `{:?}` writes the shortest digits that read back as the same number.
     reflection.set("baseColorFactor", format!("[{r:?},{g:?},{b:?},{alpha}]"));
     reflection.set("metallicFactor", json!(fit.metallic).to_string());

@@ -124,9 +124,13 @@ impl Scene {
     }
 
     /// Ranges of the first buffer that only buffer views cover whose every use is in `released`.
-    /// The first bytes stay, as a buffer must not be empty.
+    /// The first bytes stay, as a buffer must not be empty. A first buffer with an address of its
+    /// own is not the BIN chunk, and has none.
     fn holes(&self, released: &[u64]) -> Vec<Range<u64>> {
         let outline = &self.outline;
+        if outline.buffers.first().is_none_or(|buffer| buffer.uri.is_some()) {
+            return Vec::new();
+        }
         let mut users: BTreeMap<u64, usize> = BTreeMap::new();
         // Every member `bufferView` is a use, also in extensions that are not known.
         for view in numbers(&self.text, |member| member.key == "bufferView") {

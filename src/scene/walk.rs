@@ -5,6 +5,8 @@
 
 use std::borrow::Cow;
 
+use crate::scene::outline::Index;
+
 /// A member of an object, with a string, number, boolean or null as its value.
 #[derive(Debug)]
 pub(super) struct Member<'a> {
@@ -21,9 +23,9 @@ impl Member<'_> {
         serde_json::from_str(self.value).ok()
     }
 
-    /// The value, where it is a whole number ≥ 0.
+    /// The value, where it is a whole number ≥ 0, however it is spelled.
     pub fn index(&self) -> Option<u64> {
-        self.value.parse().ok()
+        serde_json::from_str(self.value).ok().map(|Index(index)| index)
     }
 }
 
@@ -95,6 +97,14 @@ mod tests {
         });
         let expected = ["None a 1", r#"Some("b") uri "x\"}y""#, "None d 2", "None f null"];
         assert_eq!(members, expected);
+    }
+
+    #[test]
+    fn an_index_has_several_spellings() {
+        let mut indices = Vec::new();
+        let text = r#"{"a": 3, "b": 3.0, "c": 3e0, "d": 3.5, "e": -3, "f": "3", "g": true}"#;
+        visit(text, &mut |member| indices.push(member.index()));
+        assert_eq!(indices, [Some(3), Some(3), Some(3), None, None, None, None]);
     }
 
     #[test]

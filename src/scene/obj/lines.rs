@@ -46,6 +46,8 @@ pub(super) struct Lines<'p, R> {
     counts: [i64; 3],
     colored: Option<bool>,
     current: Group,
+    /// The material of the faces to come, until there is one.
+    pending: Option<String>,
     material_index: HashMap<String, usize>,
     /// Group names in the rewritten text are indices into this.
     pub groups: Vec<Group>,
@@ -81,6 +83,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
             counts: [0; 3],
             colored: None,
             current: Group::default(),
+            pending: None,
             material_index: HashMap::new(),
             groups: Vec::new(),
             materials: Vec::new(),
@@ -150,7 +153,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
                 }
             }
             b"mtllib" => self.libraries.push(rest.to_owned()),
-            b"usemtl" if !rest.is_empty() => self.use_material(rest),
+            b"usemtl" if !rest.is_empty() => self.pending = Some(rest.to_owned()),
             b"usemtl" => {}
             _ => self.ignored += 1,
         }
@@ -222,6 +225,10 @@ impl<'p, R: BufRead> Lines<'p, R> {
             self.ignored += 1;
             return Ok(());
         }
+        // Not before: a material that no face uses is left out.
+        if let Some(material) = self.pending.take() {
+            self.use_material(&material);
+        }
         self.current.layout = layout;
         // A group that comes back is a new one here; `meshes` joins those of one name.
         if self.groups.last() != Some(&self.current) {
@@ -238,11 +245,9 @@ impl<'p, R: BufRead> Lines<'p, R> {
     /// The parts of a corner `v/vt/vn`. Indices are at least 1, or count back from the last one.
     fn corner(&self, corner: &[u8]) -> Result<Layout, String> {
         let mut present = [false; 3];
-        let mut at = 0;
         for (kind, digits) in corner.split(|byte| *byte == b'/').enumerate() {
             let present = present.get_mut(kind).ok_or_else(|| not_a_corner(corner))?;
             *present = !digits.is_empty();
-            at = kind;
             if *present && !self.in_range(kind, digits).ok_or_else(|| not_a_corner(corner))? {
                 return Err(format!(
                     "index {} is out of range, there are {} so far",
@@ -251,7 +256,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
                 ));
             }
         }
-        match present[0] && at < 3 {
+        match present[0] {
             true => Ok(Layout { texcoords: present[1], normals: present[2] }),
             false => Err(not_a_corner(corner)),
         }
@@ -385,8 +390,10 @@ mod tests {
         );
         assert_eq!(rewritten("v 1 2 3\nv 1 2 3 4 5 6").unwrap(), "v  1 2 3\nv  1 2 3\n");
         assert_eq!(rewritten("vt .5\n# C:\\\nvt 0 \\\n1").unwrap(), "vt  .5 0\nvt  0  1\n");
-        let named = rewritten("usemtl\tmy paint \nf 1 2 3\nusemtl x\nusemtl my paint").unwrap();
-        assert_eq!(named, "mtllib 0\nusemtl 0\ng 0\nf  1 2 3\nmtllib 1\nusemtl 1\nusemtl 0\n");
+        let named = rewritten("usemtl\tmy paint \nf 1 2 3\nusemtl x\nusemtl y\nf 1 2 3\nusemtl my paint\nf 1 2 3\nusemtl z").unwrap();
+        let expected =
+            "mtllib 0\nusemtl 0\ng 0\nf  1 2 3\nmtllib 1\nusemtl 1\nf  1 2 3\nusemtl 0\nf  1 2 3\n";
+        assert_eq!(named, expected, "the unused x and z are left out");
     }
 
     #[test]

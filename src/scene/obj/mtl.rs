@@ -1,6 +1,6 @@
 //! Material libraries (MTL) become glTF materials.
 
-use std::{collections::HashMap, fs, path::Path};
+use std::{collections::HashMap, fs, ops::RangeInclusive, path::Path};
 
 use serde_json::{Map, Value, json};
 use tobj::Material;
@@ -134,11 +134,14 @@ impl Writer<'_> {
         if let Some(texture) = self.texture(mtl.unknown_param.get("norm").map(String::as_str))? {
             material.insert("normalTexture".into(), texture);
         }
-        if let Some(emission) = mtl.emissive.filter(|e| e.iter().any(|x| *x > 0.0)) {
+        let emission = mtl.emissive.filter(|e| e.iter().any(|x| *x > 0.0));
+        let texture = self.texture(mtl.unknown_param.get("map_Ke").map(String::as_str))?;
+        // glTF multiplies the texture by the factor, which is 0 where it is absent.
+        if let Some(emission) = emission.or(texture.is_some().then_some([1.0; 3])) {
             // glTF allows no factor above 1.
             material.insert("emissiveFactor".into(), json!(emission.map(unit)));
         }
-        if let Some(texture) = self.texture(mtl.unknown_param.get("map_Ke").map(String::as_str))? {
+        if let Some(texture) = texture {
             material.insert("emissiveTexture".into(), texture);
         }
         if alpha < 1.0 {
@@ -177,19 +180,66 @@ impl Writer<'_> {
 /// The file in `-s 1 1 1 -clamp on file name.png`: what follows the options.
 fn file_name(statement: &str) -> &str {
     let mut rest = statement.trim();
-    if !rest.starts_with('-') {
-        return rest;
-    }
-    while let Some((word, tail)) = rest.split_once(char::is_whitespace) {
-        if !(word.starts_with('-') || word.parse::<f64>().is_ok() || word == "on" || word == "off")
-        {
-            break;
-        }
-        rest = tail.trim_start();
+    while let Some((option, tail)) = first_word(rest)
+        && option.starts_with('-')
+    {
+        rest = without_arguments(tail, option_arguments(option));
     }
     rest
 }
 
+/// The least and the most arguments of a texture option. Those beyond the least are numbers.
+fn option_arguments(option: &str) -> RangeInclusive<usize> {
+    match option {
+        "-blendu" | "-blendv" | "-bm" | "-boost" | "-cc" | "-clamp" | "-imfchan" | "-texres"
+        | "-type" => 1..=1,
+        "-mm" => 2..=2,
+        "-o" | "-s" | "-t" => 1..=3,
+        // An option of another program: numbers are not part of a file's name.
+        _ => 0..=3,
+    }
+}
+
+fn without_arguments(mut text: &str, count: RangeInclusive<usize>) -> &str {
+    for number in 1..=*count.end() {
+        match first_word(text) {
+            Some((word, tail)) if number <= *count.start() || word.parse::<f64>().is_ok() => {
+                text = tail;
+            }
+            _ => break,
+        }
+    }
+    text
+}
+
+/// The first of several words, and the rest. The last word is the file's name, whatever it is.
+fn first_word(text: &str) -> Option<(&str, &str)> {
+    let (word, tail) = text.split_once(char::is_whitespace)?;
+    Some((word, tail.trim_start()))
+}
+
 fn unit(value: f32) -> f32 {
     if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::file_name;
+
+    #[test]
+    fn a_file_name_follows_the_options() {
+        for (statement, name) in [
+            ("a b.png", "a b.png"),
+            ("-imfchan l e.png", "e.png"),
+            ("-type cube_top -texres 512 e.png", "e.png"),
+            ("-mm 0 1 -cc on -boost 2 -bm 0.5 e.png", "e.png"),
+            ("-s 1 1 1 -o 0.5 map 2.png", "map 2.png"),
+            ("-t 1 2 3 4 map.png", "4 map.png"),
+            ("-blendu off  -blendv\ton -clamp on -dark.png", "-dark.png"),
+            ("-imfchan l on.png", "on.png"),
+            ("-other 1 2 e.png", "e.png"),
+        ] {
+            assert_eq!(file_name(statement), name, "{statement}");
+        }
+    }
 }
