@@ -316,7 +316,7 @@ fn fill_factors(
         |seen, round| promise.search(seen, round, request),
         |tables, seen, round| promise.judge(tables, seen, round, request.tolerance()),
     )?;
-    let proof = if unrefuted { promise.kind() } else { Proof::Sampled };
+    let proof = if unrefuted { Proof::Bounded } else { Proof::Sampled };
     let error = [error, promise.truncated(&tables)];
     Ok(tables.into_iter().map(|table| noted(table, request, error, proof)).collect())
 }
@@ -358,13 +358,6 @@ impl Promise<'_> {
         }
     }
 
-    /// The proof that the promise can have: bounds are known of all but the published masking fit.
-    fn kind(&self) -> Proof {
-        let mut lobes = self.rows.lobes.iter().flat_map(Row::visible);
-        let fitted = self.terms.contains(&Term::Masking) && lobes.any(|lobe| lobe.fitted.is_some());
-        if fitted { Proof::Sampled } else { Proof::Bounded }
-    }
-
     /// The largest error of the tables at probes seen and unseen, and the pairs of directions at
     /// which their bound breaks the tolerance.
     fn judge(
@@ -374,8 +367,7 @@ impl Promise<'_> {
         round: usize,
         tolerance: Option<f64>,
     ) -> Judgement<Subject> {
-        let share = if self.kind() == Proof::Bounded { 1.0 } else { SAMPLED_SHARE };
-        let broken = |error: f64| tolerance.is_some_and(|tolerance| error > share * tolerance);
+        let broken = |error: f64| tolerance.is_some_and(|tolerance| error > tolerance);
         let (found, mut worst) = attacked(&self.unseen(1 + round), tables, &Filter::COVERED);
         let mut error = measure(seen, tables, &Filter::COVERED).max(found);
         if !broken(error) {
@@ -383,10 +375,7 @@ impl Promise<'_> {
             let (found, longer) = searched(&unseen, tables, &Filter::COVERED);
             (error, worst) = (error.max(found), longer);
         }
-        let mut refuting = match (tolerance, self.kind()) {
-            (Some(tolerance), Proof::Bounded) => self.refuting(tables, tolerance),
-            _ => Vec::new(),
-        };
+        let mut refuting = tolerance.map_or_else(Vec::new, |e| self.refuting(tables, e));
         if broken(error) {
             refuting.extend(worst);
         }

@@ -28,6 +28,7 @@ pub(crate) mod request;
 #[doc(hidden)]
 pub mod row;
 pub(crate) mod search;
+pub(crate) mod slope;
 pub(crate) mod table;
 pub(crate) mod term;
 #[doc(hidden)]
