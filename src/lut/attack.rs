@@ -2,11 +2,9 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
-
 use crate::brdf::SgdBrdf;
-use crate::lut::probe::{Probe, probes_of_pair};
-use crate::math::direction::{at_cot, cot_theta, from_cos_sin, tan2_theta};
+use crate::lut::probe::{Probe, Viewer};
+use crate::math::direction::{above_horizon, at_cot, cot_theta, from_cos_sin, tan2_theta};
 
 /// Steps in the logarithms of cotθo and tanθh and in the azimuth, each tried in turn.
 const STEPS: [f64; 9] = [0.3, 0.1, 0.04, 0.015, 0.006, 0.003, 0.001, 4e-4, 1e-4];
@@ -17,76 +15,124 @@ const STEPS: [f64; 9] = [0.3, 0.1, 0.04, 0.015, 0.006, 0.003, 0.001, 4e-4, 1e-4]
 /// that raises `error` of the pair's probe.
 #[must_use]
 pub fn attack(brdf: &SgdBrdf, start: &Probe, error: impl Fn(&Probe) -> f64) -> (f64, Probe) {
-    let mut place = Place::of(start);
-    let mut best = (error(start), start.clone());
+    let Some(mut climb) = Climb::new(brdf, start, error) else { return (0.0, start.clone()) };
     for step in STEPS {
         for axis in 0..3 {
             for step in [step, -step] {
-                let moved = place.moved(axis, step);
-                let Some(probe) = probes_of_pair(brdf, moved.pair()).into_iter().next() else {
-                    continue;
-                };
-                let found = error(&probe);
-                if found > best.0 {
-                    (best, place) = ((found, probe), moved);
-                }
+                let mut moves = [0.0; 3];
+                moves[axis] = step;
+                climb.try_move(moves);
             }
         }
     }
-    best
+    climb.best
 }
 
-/// The probe with the largest error that random moves from `start` find, ever smaller and each from
-/// the best so far, and that error.
+/// The probe with the largest error that so many random moves from `start` find, large and small in
+/// turn and each from the best so far, and that error.
 ///
-/// Weights that are rounded make the error jump from pair to pair, where [`attack`] gets caught.
+/// Weights that are rounded make the error jump from pair to pair, where [`attack`] gets caught. The
+/// viewer moves seldom: its brightest light has to be found again.
 #[must_use]
-pub fn scatter(brdf: &SgdBrdf, start: &Probe, error: impl Fn(&Probe) -> f64) -> (f64, Probe) {
-    const MOVES: i32 = 160;
+pub fn scatter(
+    brdf: &SgdBrdf,
+    start: &Probe,
+    moves: u32,
+    error: impl Fn(&Probe) -> f64,
+) -> (f64, Probe) {
     const WIDEST: f64 = 0.3;
-    const SHRINK: f64 = 0.965;
-    /// Steps of a sequence that fills the cube evenly: powers of the root of x⁴ = x + 1.
-    const EVEN: [f64; 3] =
-        [0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3];
-    let mut place = Place::of(start);
-    let mut best = (error(start), start.clone());
-    for k in 0..MOVES {
-        let reach = WIDEST * SHRINK.powi(k);
-        let moved = (0..3).fold(place, |place, axis| {
-            let uniform = (EVEN[axis] * f64::from(k + 1)).fract();
-            place.moved(axis, reach * (2.0 * uniform - 1.0))
-        });
-        let Some(probe) = probes_of_pair(brdf, moved.pair()).into_iter().next() else { continue };
-        let found = error(&probe);
-        if found > best.0 {
-            (best, place) = ((found, probe), moved);
+    /// The smallest reach, a share of the widest: below the width of a texel's 256th.
+    const SMALLEST: f64 = 1e-6;
+    const SAME_VIEWER: u32 = 12;
+    /// Steps of a sequence that fills a hypercube evenly: powers of the root of x⁵ = x + 1.
+    const EVEN: [f64; 4] = [
+        0.856_674_883_854_502_8,
+        0.733_891_856_627_126_5,
+        0.628_706_721_037_805_7,
+        0.538_597_256_999_498_7,
+    ];
+    let Some(mut climb) = Climb::new(brdf, start, error) else { return (0.0, start.clone()) };
+    for k in 0..moves {
+        let uniform = EVEN.map(|step| (step * f64::from(k + 1)).fract());
+        let reach = WIDEST * SMALLEST.powf(uniform[3]);
+        let mut moves = [0, 1, 2].map(|axis| reach * (2.0 * uniform[axis] - 1.0));
+        if !k.is_multiple_of(SAME_VIEWER) {
+            moves[0] = 0.0;
+        }
+        // Along one of the axes, or both.
+        match k % 3 {
+            0 => {}
+            one => moves[one as usize] = 0.0,
+        }
+        climb.try_move(moves);
+    }
+    climb.best
+}
+
+/// A climb: the best probe so far, and its place.
+struct Climb<'a, E> {
+    brdf: &'a SgdBrdf,
+    error: E,
+    place: Place,
+    best: (f64, Probe),
+}
+
+impl<'a, E: Fn(&Probe) -> f64> Climb<'a, E> {
+    /// A climb from a probe; `None` from one below the horizon.
+    fn new(brdf: &'a SgdBrdf, start: &Probe, error: E) -> Option<Self> {
+        let place = Place::of(brdf, start)?;
+        let best = (error(start), start.clone());
+        Some(Self { brdf, error, place, best })
+    }
+
+    /// Moves along the axes if that raises the error.
+    fn try_move(&mut self, moves: [f64; 3]) {
+        let Some(moved) = self.place.moved(self.brdf, moves) else { return };
+        let Some(probe) = moved.probe(self.brdf) else { return };
+        let found = (self.error)(&probe);
+        if found > self.best.0 {
+            (self.best, self.place) = ((found, probe), moved);
         }
     }
-    best
 }
 
 /// A pair of directions as its viewer, its half vector and the azimuth between.
 #[derive(Clone, Copy)]
-struct Place([f64; 3]);
+struct Place {
+    log_cot: f64,
+    log_tan: f64,
+    azimuth: f64,
+    viewer: Viewer,
+}
 
 impl Place {
-    fn of(probe: &Probe) -> Self {
-        let [wi, wo] = probe.pair;
+    fn of(brdf: &SgdBrdf, start: &Probe) -> Option<Self> {
+        let [wi, wo] = start.pair;
         let h = wi + wo;
-        let azimuth = h.y.atan2(h.x) - wo.y.atan2(wo.x);
-        Self([bounded_ln(cot_theta(wo)), 0.5 * bounded_ln(tan2_theta(h)), azimuth])
+        let log_cot = bounded_ln(cot_theta(wo));
+        Some(Self {
+            log_cot,
+            log_tan: 0.5 * bounded_ln(tan2_theta(h)),
+            azimuth: h.y.atan2(h.x) - wo.y.atan2(wo.x),
+            viewer: Viewer::new(brdf, at_cot(log_cot.exp()))?,
+        })
     }
 
-    fn moved(mut self, axis: usize, step: f64) -> Self {
-        self.0[axis] += if axis == 2 { PI * step } else { step };
-        self
+    fn moved(mut self, brdf: &SgdBrdf, [view, half, turn]: [f64; 3]) -> Option<Self> {
+        self.log_tan += half;
+        self.azimuth += PI * turn;
+        if view != 0.0 {
+            self.log_cot += view;
+            self.viewer = Viewer::new(brdf, at_cot(self.log_cot.exp()))?;
+        }
+        Some(self)
     }
 
-    fn pair(self) -> [DVec3; 2] {
-        let [log_cot, log_tan, azimuth] = self.0;
-        let wo = at_cot(log_cot.exp());
-        let h = from_cos_sin(1.0, log_tan.exp(), azimuth).normalize();
-        [2.0 * wo.dot(h) * h - wo, wo]
+    fn probe(&self, brdf: &SgdBrdf) -> Option<Probe> {
+        let wo = at_cot(self.log_cot.exp());
+        let h = from_cos_sin(1.0, self.log_tan.exp(), self.azimuth).normalize();
+        let wi = 2.0 * wo.dot(h) * h - wo;
+        above_horizon(wi).then(|| self.viewer.probe(brdf, wi)).flatten()
     }
 }
 

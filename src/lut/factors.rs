@@ -101,8 +101,7 @@ impl Subject {
 
     /// The largest error of f decoded from `tables`; a factor without a table is exact.
     fn error(&self, tables: &[Table], filter: Filter) -> f64 {
-        let tables =
-            Term::ALL.map(|term| tables.iter().find(|table| table.quantity == term.quantity()));
+        let tables = in_order(tables);
         let probes = self.probes.iter().zip(&self.coordinates);
         probes.map(|(probe, at)| self.probe_error(probe, at, tables, filter)).fold(0.0, f64::max)
     }
@@ -136,23 +135,37 @@ impl Subject {
         tables: &[Table],
         filters: &[Filter],
     ) -> Option<(f64, Self)> {
-        let found = filters.iter().flat_map(|filter| self.climbs(brdf, tables, *filter));
+        let found = filters.iter().filter_map(|filter| self.climbs(brdf, tables, *filter));
         let (error, probe) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
         Some((error, self.at(&probe)))
     }
 
-    /// Where climbs from the worst probes end for a filter.
-    fn climbs(&self, brdf: &SgdBrdf, tables: &[Table], filter: Filter) -> Vec<(f64, Probe)> {
-        const CLIMBS: usize = 4;
-        let error = |probe: &Probe| self.at(probe).error(tables, filter);
-        let mut starts: Vec<(f64, &Probe)> =
-            self.probes.iter().map(|probe| (error(probe), probe)).collect();
+    /// Where climbs from the worst probes of the worst viewers end for a filter, and from the best of
+    /// those ends a longer one.
+    fn climbs(&self, brdf: &SgdBrdf, tables: &[Table], filter: Filter) -> Option<(f64, Probe)> {
+        const CLIMBS: usize = 6;
+        const MOVES: u32 = 600;
+        const LAST_MOVES: u32 = 2400;
+        let tables = in_order(tables);
+        let error = |probe: &Probe| {
+            self.probe_error(probe, &self.places.coordinates(probe), tables, filter)
+        };
+        let viewers = self.probes.chunk_by(|a, b| a.pair[1] == b.pair[1]);
+        let worst_of = |probes: &'_ [Probe]| {
+            let errors = probes.iter().map(&error).enumerate();
+            errors.max_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let mut starts: Vec<(f64, &Probe)> = viewers
+            .filter_map(|probes| worst_of(probes).map(|(i, error)| (error, &probes[i])))
+            .collect();
         starts.sort_by(|a, b| b.0.total_cmp(&a.0));
         let climb = |(_, start): &(f64, &Probe)| {
-            let (_, probe) = attack(brdf, start, error);
-            scatter(brdf, &probe, error)
+            let (_, probe) = attack(brdf, start, &error);
+            scatter(brdf, &probe, MOVES, &error)
         };
-        starts.iter().take(CLIMBS).map(climb).collect()
+        let ends = starts.iter().take(CLIMBS).map(climb);
+        let (_, best) = ends.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(scatter(brdf, &best, LAST_MOVES, &error))
     }
 
     fn probe_error(
@@ -224,6 +237,11 @@ impl Subject {
         }
         (0..3).map(|c| probe.colours[c].error_of(off[c][1].max(-off[c][0]))).fold(0.0, f64::max)
     }
+}
+
+/// The tables of D, G1 and F, where there is one.
+fn in_order(tables: &[Table]) -> [Option<&Table>; 3] {
+    Term::ALL.map(|term| tables.iter().find(|table| table.quantity == term.quantity()))
 }
 
 /// A bound on the error of f over all subjects, decoded from `tables` of `terms`.

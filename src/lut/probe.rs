@@ -160,6 +160,77 @@ fn zeros(fresnel: &Fresnel) -> Vec<f64> {
     crossed.map(zero).collect()
 }
 
+/// A viewer with the largest |f|cosθi of each colour that its lights give: many probes of one viewer
+/// need it once.
+#[derive(Clone, Copy, Debug)]
+pub struct Viewer {
+    wo: DVec3,
+    brightest: [f64; 3],
+}
+
+impl Viewer {
+    /// A viewer above the horizon; `None` of one below.
+    #[must_use]
+    pub fn new(brdf: &SgdBrdf, wo: DVec3) -> Option<Self> {
+        if !above_horizon(wo) {
+            return None;
+        }
+        let reach = Reach::new(brdf);
+        let mut viewer = Self { wo, brightest: [0.0; 3] };
+        let mut lights_of_colours = [None; 3];
+        for wi in lights(wo, 0, &reach) {
+            let brighter = viewer.see(brdf, wi);
+            for (light, _) in lights_of_colours.iter_mut().zip(brighter).filter(|(_, b)| *b) {
+                *light = Some(wi);
+            }
+        }
+        for c in 0..3 {
+            if let Some(wi) = lights_of_colours[c]
+                && !lights_of_colours[..c].contains(&Some(wi))
+            {
+                viewer.look_around(brdf, wi);
+            }
+        }
+        Some(viewer)
+    }
+
+    /// Counts a light; returns the colours of which it is the brightest so far.
+    fn see(&mut self, brdf: &SgdBrdf, wi: DVec3) -> [bool; 3] {
+        let Some(probe) = probe(brdf, wi, self.wo) else { return [false; 3] };
+        let brighter = [0, 1, 2].map(|c| probe.colours[c].reflected > self.brightest[c]);
+        for (brightest, exact) in self.brightest.iter_mut().zip(probe.colours) {
+            *brightest = brightest.max(exact.reflected);
+        }
+        brighter
+    }
+
+    /// Counts brighter and brighter lights near one: half vectors in its plane, nearer the normal and
+    /// farther from it.
+    fn look_around(&mut self, brdf: &SgdBrdf, wi: DVec3) {
+        const STEPS: [f64; 8] = [0.16, 0.08, 0.04, 0.02, 0.01, 5e-3, 2.5e-3, 1e-3];
+        let mut h = (wi + self.wo).normalize();
+        for step in STEPS {
+            for stretch in [1.0 + step, 1.0 - step] {
+                let moved = DVec3::new(h.x * stretch, h.y * stretch, h.z).normalize();
+                let wi = 2.0 * self.wo.dot(moved) * moved - self.wo;
+                if above_horizon(wi) && self.see(brdf, wi).contains(&true) {
+                    h = moved;
+                }
+            }
+        }
+    }
+
+    /// The probe of a light; `None` below the horizon.
+    #[must_use]
+    pub fn probe(&self, brdf: &SgdBrdf, wi: DVec3) -> Option<Probe> {
+        let mut probe = probe(brdf, wi, self.wo)?;
+        for (exact, brightest) in probe.colours.iter_mut().zip(self.brightest) {
+            exact.bound = brightest.max(exact.reflected) + exact.reflected;
+        }
+        Some(probe)
+    }
+}
+
 /// The probes of the viewer of one pair of directions, that pair the first; none below the horizon.
 #[must_use]
 pub fn probes_of_pair(brdf: &SgdBrdf, [wi, wo]: [DVec3; 2]) -> Vec<Probe> {

@@ -356,11 +356,15 @@ pub fn attacked<'a>(
     probes: impl Iterator<Item = &'a Probe>,
 ) -> Vec<Probe> {
     const CLIMBS: usize = 8;
+    const MOVES: u32 = 600;
     let error = |probe: &Probe| measure(table, std::slice::from_ref(probe));
     let mut starts: Vec<(f64, &Probe)> = probes.map(|probe| (error(probe), probe)).collect();
     starts.sort_by(|a, b| b.0.total_cmp(&a.0));
     starts.truncate(CLIMBS);
-    let climb = |(_, start): (f64, &Probe)| scatter(brdf, &attack(brdf, start, error).1, error).1;
+    let climb = |(_, start): (f64, &Probe)| {
+        let (_, probe) = attack(brdf, start, error);
+        scatter(brdf, &probe, MOVES, error).1
+    };
     starts.into_par_iter().map(climb).collect()
 }
 
