@@ -16,7 +16,7 @@ use crate::lut::axis::Warp;
 use crate::lut::bend::Bends;
 use crate::lut::cell_error::{CellErrors, ROUNDED_WEIGHTS, growth};
 use crate::lut::interval::{Interval, times};
-use crate::lut::probe::Probe;
+use crate::lut::probe::{Probe, Viewers, probes_of_pair};
 use crate::lut::range::WIDTHS;
 use crate::lut::row::{Placed, Rows};
 use crate::lut::search::Sizable;
@@ -135,37 +135,48 @@ impl Subject {
         tables: &[Table],
         filters: &[Filter],
     ) -> Option<(f64, Self)> {
-        let found = filters.iter().filter_map(|filter| self.climbs(brdf, tables, *filter));
+        let viewers = Viewers::new(brdf);
+        let found =
+            filters.iter().filter_map(|filter| self.climbs(brdf, &viewers, tables, *filter));
         let (error, probe) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
         Some((error, self.at(&probe)))
     }
 
     /// Where climbs from the worst probes of the worst viewers end for a filter, and from the best of
-    /// those ends a longer one.
-    fn climbs(&self, brdf: &SgdBrdf, tables: &[Table], filter: Filter) -> Option<(f64, Probe)> {
-        const CLIMBS: usize = 6;
-        const MOVES: u32 = 600;
-        const LAST_MOVES: u32 = 2400;
+    /// those ends longer ones, with the brightest light of each viewer searched.
+    fn climbs(
+        &self,
+        brdf: &SgdBrdf,
+        viewers: &Viewers,
+        tables: &[Table],
+        filter: Filter,
+    ) -> Option<(f64, Probe)> {
+        const CLIMBS: usize = 12;
+        const MOVES: u32 = 1500;
+        const LAST: usize = 2;
+        const LAST_MOVES: u32 = 600;
         let tables = in_order(tables);
         let error = |probe: &Probe| {
             self.probe_error(probe, &self.places.coordinates(probe), tables, filter)
         };
-        let viewers = self.probes.chunk_by(|a, b| a.pair[1] == b.pair[1]);
-        let worst_of = |probes: &'_ [Probe]| {
-            let errors = probes.iter().map(&error).enumerate();
-            errors.max_by(|a, b| a.1.total_cmp(&b.1))
-        };
-        let mut starts: Vec<(f64, &Probe)> = viewers
-            .filter_map(|probes| worst_of(probes).map(|(i, error)| (error, &probes[i])))
+        let by_viewer = self.probes.chunk_by(|a, b| a.pair[1] == b.pair[1]);
+        let mut starts: Vec<(f64, &Probe)> = by_viewer
+            .filter_map(|probes| {
+                let errors = probes.iter().map(|probe| (error(probe), probe));
+                errors.max_by(|a, b| a.0.total_cmp(&b.0))
+            })
             .collect();
         starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let climb = |(_, start): &(f64, &Probe)| {
-            let (_, probe) = attack(brdf, start, &error);
-            scatter(brdf, &probe, MOVES, &error)
-        };
-        let ends = starts.iter().take(CLIMBS).map(climb);
-        let (_, best) = ends.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(scatter(brdf, &best, LAST_MOVES, &error))
+        let starts = starts.iter().take(CLIMBS);
+        let mut ends: Vec<(f64, Probe)> =
+            starts.map(|(_, start)| scatter(brdf, Some(viewers), start, MOVES, &error)).collect();
+        ends.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let last = ends.iter().take(LAST).map(|(_, end)| {
+            // Its own viewer's light, not one between its neighbours'.
+            let own = probes_of_pair(brdf, end.pair).into_iter().next();
+            scatter(brdf, None, own.as_ref().unwrap_or(end), LAST_MOVES, &error)
+        });
+        last.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     fn probe_error(

@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::brdf::SgdBrdf;
 use crate::material::MAX_LOBES;
 use crate::math::direction::{
-    Angles, above_horizon, abs_cos_phi_d, at_cot, from_cos_sin, spherical,
+    Angles, above_horizon, abs_cos_phi_d, at_cot, cot_theta, from_cos_sin, spherical,
 };
 use crate::microfacet::{Distribution as _, Fresnel};
 
@@ -228,6 +228,45 @@ impl Viewer {
             exact.bound = brightest.max(exact.reflected) + exact.reflected;
         }
         Some(probe)
+    }
+}
+
+/// Viewers from the horizon to the normal, between which the brightest light of any other lies.
+pub struct Viewers {
+    /// cotθ where they are densest.
+    grazing: f64,
+    brightest: Vec<[f64; 3]>,
+}
+
+impl Viewers {
+    const COUNT: usize = 96;
+    const FARTHEST: f64 = 1e3;
+
+    /// The viewers of a material, evenly in ln(cotθ + s).
+    #[must_use]
+    pub fn new(brdf: &SgdBrdf) -> Self {
+        let mut viewers = Self { grazing: 1e-2 * Reach::new(brdf).grazing, brightest: Vec::new() };
+        let length = (Self::FARTHEST / viewers.grazing).ln_1p();
+        let brightest = (0..Self::COUNT).map(|k| {
+            let y = length * k as f64 / (Self::COUNT - 1) as f64;
+            let cot = (viewers.grazing * y.exp_m1()).max(1e-12);
+            Viewer::new(brdf, at_cot(cot)).map_or([0.0; 3], |viewer| viewer.brightest)
+        });
+        viewers.brightest = brightest.collect();
+        viewers
+    }
+
+    /// A viewer, its brightest light between those of its neighbours; `None` of one below the horizon.
+    #[must_use]
+    pub fn at(&self, wo: DVec3) -> Option<Viewer> {
+        let length = (Self::FARTHEST / self.grazing).ln_1p();
+        let cot = cot_theta(wo).min(Self::FARTHEST);
+        let place = (cot / self.grazing).ln_1p() / length * (Self::COUNT - 1) as f64;
+        let left = (place as usize).min(Self::COUNT - 2);
+        let [a, b] = [self.brightest[left], self.brightest[left + 1]];
+        let weight = place - left as f64;
+        let brightest = std::array::from_fn(|c| a[c] + (b[c] - a[c]) * weight);
+        above_horizon(wo).then_some(Viewer { wo, brightest })
     }
 }
 

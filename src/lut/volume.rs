@@ -363,7 +363,7 @@ pub fn attacked<'a>(
     starts.truncate(CLIMBS);
     let climb = |(_, start): (f64, &Probe)| {
         let (_, probe) = attack(brdf, start, error);
-        scatter(brdf, &probe, MOVES, error).1
+        scatter(brdf, None, &probe, MOVES, error).1
     };
     starts.into_par_iter().map(climb).collect()
 }
