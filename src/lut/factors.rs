@@ -142,8 +142,10 @@ impl Subject {
         Some((error, self.at(&probe)))
     }
 
-    /// Where climbs from the worst probes of the worst viewers end for a filter, and from the best of
-    /// those ends longer ones, with the brightest light of each viewer searched.
+    /// The worst probe that climbs find for a filter.
+    ///
+    /// Each pair of cells has a maximum of its own, so climbs start from every viewer of the probes;
+    /// the best of their ends climb on, the last of them with each viewer's brightest light searched.
     fn climbs(
         &self,
         brdf: &SgdBrdf,
@@ -151,8 +153,9 @@ impl Subject {
         tables: &[Table],
         filter: Filter,
     ) -> Option<(f64, Probe)> {
-        const CLIMBS: usize = 12;
-        const MOVES: u32 = 1500;
+        const FIRST_MOVES: u32 = 400;
+        const BEST: usize = 6;
+        const MOVES: u32 = 2000;
         const LAST: usize = 2;
         const LAST_MOVES: u32 = 600;
         let tables = in_order(tables);
@@ -160,18 +163,14 @@ impl Subject {
             self.probe_error(probe, &self.places.coordinates(probe), tables, filter)
         };
         let by_viewer = self.probes.chunk_by(|a, b| a.pair[1] == b.pair[1]);
-        let mut starts: Vec<(f64, &Probe)> = by_viewer
-            .filter_map(|probes| {
-                let errors = probes.iter().map(|probe| (error(probe), probe));
-                errors.max_by(|a, b| a.0.total_cmp(&b.0))
-            })
-            .collect();
-        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let starts = starts.iter().take(CLIMBS);
-        let mut ends: Vec<(f64, Probe)> =
-            starts.map(|(_, start)| scatter(brdf, Some(viewers), start, MOVES, &error)).collect();
-        ends.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let last = ends.iter().take(LAST).map(|(_, end)| {
+        let worst = by_viewer.filter_map(|probes| {
+            let errors = probes.iter().map(|probe| (error(probe), probe));
+            errors.max_by(|a, b| a.0.total_cmp(&b.0))
+        });
+        let climb = |start: &Probe, moves| scatter(brdf, Some(viewers), start, moves, &error);
+        let ends = best(worst.map(|(_, start)| climb(start, FIRST_MOVES)).collect(), BEST);
+        let ends = best(ends.iter().map(|(_, end)| climb(end, MOVES)).collect(), LAST);
+        let last = ends.iter().map(|(_, end)| {
             // Its own viewer's light, not one between its neighbours'.
             let own = probes_of_pair(brdf, end.pair).into_iter().next();
             scatter(brdf, None, own.as_ref().unwrap_or(end), LAST_MOVES, &error)
@@ -248,6 +247,13 @@ impl Subject {
         }
         (0..3).map(|c| probe.colours[c].error_of(off[c][1].max(-off[c][0]))).fold(0.0, f64::max)
     }
+}
+
+/// The ends of so many climbs with the largest errors.
+fn best(mut ends: Vec<(f64, Probe)>, count: usize) -> Vec<(f64, Probe)> {
+    ends.sort_by(|a, b| b.0.total_cmp(&a.0));
+    ends.truncate(count);
+    ends
 }
 
 /// The tables of D, G1 and F, where there is one.
