@@ -154,10 +154,10 @@ impl Subject {
         filter: Filter,
     ) -> Option<(f64, Probe)> {
         const FIRST_MOVES: u32 = 400;
-        const BEST: usize = 6;
-        const MOVES: u32 = 2000;
+        const BEST: usize = 4;
+        const MOVES: u32 = 5000;
         const LAST: usize = 2;
-        const LAST_MOVES: u32 = 600;
+        const LAST_MOVES: u32 = 1800;
         let tables = in_order(tables);
         let error = |probe: &Probe| {
             self.probe_error(probe, &self.places.coordinates(probe), tables, filter)
@@ -167,13 +167,13 @@ impl Subject {
             let errors = probes.iter().map(|probe| (error(probe), probe));
             errors.max_by(|a, b| a.0.total_cmp(&b.0))
         });
-        let climb = |start: &Probe, moves| scatter(brdf, Some(viewers), start, moves, &error);
+        let climb = |start: &Probe, moves| scatter(brdf, Some(viewers), start, moves, error);
         let ends = best(worst.map(|(_, start)| climb(start, FIRST_MOVES)).collect(), BEST);
         let ends = best(ends.iter().map(|(_, end)| climb(end, MOVES)).collect(), LAST);
         let last = ends.iter().map(|(_, end)| {
             // Its own viewer's light, not one between its neighbours'.
             let own = probes_of_pair(brdf, end.pair).into_iter().next();
-            scatter(brdf, None, own.as_ref().unwrap_or(end), LAST_MOVES, &error)
+            scatter(brdf, None, own.as_ref().unwrap_or(end), LAST_MOVES, error)
         });
         last.max_by(|a, b| a.0.total_cmp(&b.0))
     }
