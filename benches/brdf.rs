@@ -6,7 +6,9 @@ use divan::counter::ItemsCount;
 use glam::DVec3;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
-use sgdbake::brdf::batch::{InstructionSet, Pairs, RgbMut, SgdBatch};
+use sgdbake::brdf::batch::{
+    Draws, InstructionSet, Pairs, RgbMut, SamplerBatch, SamplesMut, SgdBatch,
+};
 use sgdbake::brdf::sampler::{Sampler, Strategy, published_sample};
 use sgdbake::brdf::{MaskingKind, SgdBrdf};
 use sgdbake::material::{LobeFields, LobeParams, Material, find, named};
@@ -140,6 +142,27 @@ fn sample(bencher: Bencher<'_, '_>, strategy: &str) {
     let strategy = if strategy == "vndf" { Strategy::Vndf } else { Strategy::Ggx };
     let sampler = Sampler::new(material(), MaskingKind::Fitted, strategy);
     pair_by_pair(bencher, |u, wo| sampler.sample_with_weight(wo, u.abs().to_array()));
+}
+
+/// The same, many at a time in f32.
+#[divan::bench(args = InstructionSet::available())]
+fn sample_batch(bencher: Bencher<'_, '_>, set: &InstructionSet) {
+    let sampler = SamplerBatch::new(material(), MaskingKind::Exact).with_instruction_set(*set);
+    let (u, wo) = (directions(1), directions(2));
+    let component = |w: &[DVec3], axis: usize| w.iter().map(|w| w[axis] as f32).collect::<Vec<_>>();
+    let u = [0, 1, 2].map(|axis| component(&u, axis).into_iter().map(f32::abs).collect::<Vec<_>>());
+    let wo = [0, 1, 2].map(|axis| component(&wo, axis));
+    let [mut x, mut y, mut z, mut r, mut g, mut b, mut pdf] = [0; 7].map(|_| vec![0.0; PAIRS]);
+    bencher.counter(ItemsCount::new(PAIRS)).bench_local(|| {
+        let draws =
+            Draws { wo: wo.each_ref().map(Vec::as_slice), u: u.each_ref().map(Vec::as_slice) };
+        let mut samples = SamplesMut {
+            wi: [&mut x, &mut y, &mut z],
+            weight: [&mut r, &mut g, &mut b],
+            pdf: &mut pdf,
+        };
+        divan::black_box(sampler.sample(&draws, &mut samples)).expect("equal lengths");
+    });
 }
 
 /// The published estimator: one direction per channel.

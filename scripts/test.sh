@@ -15,6 +15,14 @@ step "feature levels: none, full"
 cargo check --quiet --no-default-features
 cargo check --quiet --no-default-features --features full
 
+if rustup target add aarch64-unknown-linux-gnu > /dev/null 2>&1; then
+  step "64-bit Arm: the loops for NEON"
+  RUSTFLAGS='-D warnings' cargo check --quiet --lib --no-default-features \
+    --target aarch64-unknown-linux-gnu
+else
+  echo "skipped: the target aarch64-unknown-linux-gnu cannot be installed" >&2
+fi
+
 if [ -f tests/js/package.json ]; then
   step "npm packages: the glTF validator, three.js, ktx-parse"
   (cd tests/js && npm ci --no-audit --no-fund --loglevel=error)

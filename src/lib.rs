@@ -2,8 +2,8 @@
 //! Holzschuch, evaluated exactly, sampled, baked into textures, fitted and exported.
 //!
 //! A [`Material`] is a diffuse colour and up to three lobes. [`catalog`] holds the paper's fits of
-//! the 100 materials of the MERL database, [`refit`] fits of this crate, with one lobe or two, to the
-//! same surfaces; [`named`] finds both, and [`load_material`] reads a file.
+//! the 100 materials of the MERL database, [`refit`] fits of this crate, with one lobe or two, to
+//! the same surfaces; [`named`] finds both, and [`load_material`] reads a file.
 //!
 //! # Evaluate
 //!
@@ -106,7 +106,8 @@
 //!
 //! # Precision
 //!
-//! `f64` is the reference. [`SgdBatch`] evaluates slices in `f32` and is measured against it.
+//! `f64` is the reference. [`SgdBatch`] evaluates slices in `f32`, [`SamplerBatch`] draws as many
+//! directions, and both are measured against it.
 //!
 //! # Features
 //!
@@ -123,6 +124,7 @@ pub mod fit;
 #[cfg(feature = "full")]
 pub mod lut;
 pub mod material;
+// Public because the command uses it, hidden because it is not part of the interface.
 #[doc(hidden)]
 pub mod math;
 #[cfg(feature = "full")]
@@ -130,6 +132,7 @@ pub mod measurement;
 pub mod microfacet;
 #[cfg(feature = "full")]
 pub mod preview;
+// As `math`.
 #[cfg(feature = "full")]
 #[doc(hidden)]
 pub mod report;
@@ -140,8 +143,8 @@ pub use glam::DVec3;
 
 #[doc(inline)]
 pub use crate::brdf::{
-    Brdf, GltfBrdf, Lobe, MaskingKind, Reflectance, Sample, Sampler, SgdBatch, SgdBrdf, Strategy,
-    directional_albedo,
+    Brdf, GltfBrdf, Lobe, MaskingKind, Reflectance, Sample, Sampler, SamplerBatch, SgdBatch,
+    SgdBrdf, Strategy, directional_albedo,
 };
 #[doc(inline)]
 pub use crate::fit::{

@@ -2,10 +2,15 @@
 
 mod common;
 
+use std::cell::Cell;
+
 use common::chi2::{Sampler as Tested, p_value};
 use common::materials::shared_lobes;
 use glam::DVec3;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
+use sgdbake::brdf::batch::{Draws, SamplerBatch, SamplesMut};
 use sgdbake::brdf::reflectance::cosine_sample;
 use sgdbake::brdf::{MaskingKind, Sample as _, Sampler, Strategy};
 use sgdbake::material::{LobeParams, Material, find};
@@ -66,6 +71,51 @@ fn visible_normals_of_sgd() {
 #[test]
 fn visible_normals_of_tuned_ggx() {
     check(Strategy::Ggx);
+}
+
+/// The χ² test calls for one draw at a time; the batch wants many.
+fn check_batch(kind: MaskingKind) {
+    let published = MATERIALS.map(|name| material(name).clone());
+    let materials = published.into_iter().chain(shared_lobes()).collect::<Vec<_>>();
+    materials.par_iter().for_each(|material| {
+        let name = &material.name;
+        let (sampler, exact) =
+            (SamplerBatch::new(material, kind), Sampler::new(material, kind, Strategy::Vndf));
+        for theta in ANGLES {
+            let wo = direction(theta);
+            let drawn = draw_many(&sampler, wo);
+            let next = Cell::new(0);
+            let tested = Tested {
+                sample: &|_| drawn[next.replace(next.get() + 1)],
+                pdf: &|wi| exact.pdf(wi, wo),
+            };
+            let p = p_value(&tested, wo, width(material), DRAWS, 7);
+            assert!(p > SIGNIFICANCE, "{name} at {theta}°: p-value {p:e}");
+        }
+    });
+}
+
+/// [`DRAWS`] directions for one `wo`.
+fn draw_many(sampler: &SamplerBatch, wo: DVec3) -> Vec<Option<DVec3>> {
+    let count = DRAWS as usize;
+    let mut rng = Pcg64Mcg::seed_from_u64(11);
+    let u = [0, 1, 2].map(|_| (0..count).map(|_| rng.random::<f32>()).collect::<Vec<_>>());
+    let wo = wo.to_array().map(|axis| vec![axis as f32; count]);
+    let [mut x, mut y, mut z, mut r, mut g, mut b, mut pdf] = [0; 7].map(|_| vec![0.0; count]);
+    let draws = Draws { wo: wo.each_ref().map(Vec::as_slice), u: u.each_ref().map(Vec::as_slice) };
+    let mut samples = SamplesMut {
+        wi: [&mut x, &mut y, &mut z],
+        weight: [&mut r, &mut g, &mut b],
+        pdf: &mut pdf,
+    };
+    sampler.sample(&draws, &mut samples).expect("equal lengths");
+    let direction = |i: usize| DVec3::new(x[i].into(), y[i].into(), z[i].into()).normalize();
+    (0..count).map(|i| (pdf[i] > 0.0).then(|| direction(i))).collect()
+}
+
+#[test]
+fn visible_normals_in_batches() {
+    check_batch(MaskingKind::Exact);
 }
 
 #[test]

@@ -132,18 +132,21 @@ fn the_stated_uncertainty_is_that_of_repeated_measurements() {
     }
     let model = SgdModel { lobes: vec![coated().lobes[1]], ..coated() };
     let exact = brdf(&model);
-    let runs: Vec<SgdFit> =
-        (0..8).map(|seed| fit_of(&Noisy(&exact, seed), Lobes::One, Energy::Conserve)).collect();
-    let check = |name: &str, value: &dyn Fn(&SgdFit) -> [f64; 2]| {
-        let values: Vec<[f64; 2]> = runs.iter().map(value).collect();
-        let mean = values.iter().map(|v| v[0]).sum::<f64>() / 8.0;
-        let spread = (values.iter().map(|v| (v[0] - mean).powi(2)).sum::<f64>() / 7.0).sqrt();
-        let stated = values.iter().map(|v| v[1]).sum::<f64>() / 8.0;
-        assert!(stated > 0.4 * spread && stated < 2.5 * spread, "{name}: {stated} for {spread}");
-    };
-    check("rho_d", &|fit| [fit.model.rho_d[0], fit.uncertainty.rho_d[0]]);
-    check("alpha", &|fit| [fit.model.lobes[0].alpha, fit.uncertainty.lobes[0].alpha]);
-    check("rho_s", &|fit| [fit.model.lobes[0].rho_s[0], fit.uncertainty.lobes[0].rho_s[0]]);
+    for lobes in [Lobes::One, Lobes::PerChannel] {
+        let runs: Vec<SgdFit> =
+            (0..8).map(|seed| fit_of(&Noisy(&exact, seed), lobes, Energy::Conserve)).collect();
+        let check = |name: &str, value: &dyn Fn(&SgdFit) -> [f64; 2]| {
+            let values: Vec<[f64; 2]> = runs.iter().map(value).collect();
+            let mean = values.iter().map(|v| v[0]).sum::<f64>() / 8.0;
+            let spread = (values.iter().map(|v| (v[0] - mean).powi(2)).sum::<f64>() / 7.0).sqrt();
+            let stated = values.iter().map(|v| v[1]).sum::<f64>() / 8.0;
+            let case = format!("{name} of {lobes:?}: {stated} for {spread}");
+            assert!(stated > 0.4 * spread && stated < 2.5 * spread, "{case}");
+        };
+        check("rho_d", &|fit| [fit.model.rho_d[0], fit.uncertainty.rho_d[0]]);
+        check("alpha", &|fit| [fit.model.lobes[0].alpha, fit.uncertainty.lobes[0].alpha]);
+        check("rho_s", &|fit| [fit.model.lobes[0].rho_s[0], fit.uncertainty.lobes[0].rho_s[0]]);
+    }
 }
 
 #[test]

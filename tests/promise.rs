@@ -10,7 +10,7 @@
 use std::cell::RefCell;
 use std::f64::consts::FRAC_1_PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use rand::SeedableRng as _;
@@ -292,20 +292,16 @@ fn error_at(reader: &Reader<'_>, exact: &SgdBrdf, pair: [DVec3; 2]) -> f64 {
     const LIGHTS: u32 = 1000;
     let Some(mut probe) = probes_of_pair(exact, pair).into_iter().next() else { return 0.0 };
     let [wi, wo] = pair;
-    let reflected = |wi: DVec3| exact.eval(wi, wo).map(|f| f.abs() * wi.z);
-    let tan_o = wo.truncate().length() / wo.z;
-    let in_plane = |k: u32| {
+    let share = f64::from(LIGHTS / 2).recip();
+    let in_plane = (0..LIGHTS).map(|k| {
         // Half vectors toward the viewer and away from it, evenly by their logarithms.
-        let tan = 10_f64.powf(-6.0 + 8.0 * f64::from(k / 2) / f64::from(LIGHTS / 2));
-        let toward = if tan_o > 0.0 { wo.truncate().normalize() } else { glam::DVec2::X };
-        let side = if k.is_multiple_of(2) { tan } else { -tan };
-        let h = DVec3::new(side * toward.x, side * toward.y, 1.0).normalize();
-        2.0 * wo.dot(h) * h - wo
-    };
-    let lights = (0..LIGHTS).map(in_plane).chain([wi, DVec3::new(-wo.x, -wo.y, wo.z)]);
+        let tan = 10_f64.powf(-6.0 + 8.0 * share * f64::from(k / 2));
+        light_in_plane(wo, if k.is_multiple_of(2) { tan } else { -tan })
+    });
+    let lights = in_plane.chain([wi, DVec3::new(-wo.x, -wo.y, wo.z)]);
     let brightest = lights
         .filter(|wi| wi.z > 0.0)
-        .map(reflected)
+        .map(|wi| exact.eval(wi, wo).map(|f| f.abs() * wi.z))
         .fold([0.0_f64; 3], |most, f| std::array::from_fn(|c| most[c].max(f[c])));
     for (colour, brightest) in probe.colours.iter_mut().zip(brightest) {
         colour.bound = brightest + colour.reflected;
@@ -313,53 +309,79 @@ fn error_at(reader: &Reader<'_>, exact: &SgdBrdf, pair: [DVec3; 2]) -> f64 {
     reader.error(&probe)
 }
 
+/// The light in the plane of a viewer and the normal whose half vector has this tanθh, negative away
+/// from the viewer.
+fn light_in_plane(wo: DVec3, tan: f64) -> DVec3 {
+    let toward = wo.truncate().try_normalize().unwrap_or(DVec2::X);
+    let h = (tan * toward).extend(1.0).normalize();
+    2.0 * wo.dot(h) * h - wo
+}
+
 /// The largest error that a search finds which shares nothing with the bake's: 150 000 pairs, and from
 /// the worst of them moves of any length along random axes.
 fn independently_searched(reader: &Reader<'_>, exact: &SgdBrdf) -> f64 {
     const SETS: usize = 44;
     const CLIMBS: usize = 12;
-    const MOVES: usize = 3000;
     let sets = (0..SETS).into_par_iter().flat_map_iter(|set| probes(exact, 5000 + set));
     let mut starts: Vec<(f64, Probe)> =
         sets.map(|probe| (reader.error(&probe), probe)).filter(|start| start.0 > 0.0).collect();
     starts.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut apart: Vec<&(f64, Probe)> = Vec::new();
     for start in &starts {
-        let far = |other: &&(f64, Probe)| {
-            (0..2).any(|side| other.1.pair[side].distance(start.1.pair[side]) > 0.02)
-        };
-        if apart.len() < CLIMBS && apart.iter().all(far) {
+        if apart.len() < CLIMBS && apart.iter().all(|other| are_apart(&other.1, &start.1)) {
             apart.push(start);
         }
     }
-    let climb = |(index, start): (usize, &&(f64, Probe))| {
+    let climbs = apart.par_iter().enumerate().map(|(index, start)| {
         let mut rng = Pcg64::seed_from_u64(index as u64);
-        let (mut best, mut pair) = (start.0, start.1.pair);
-        for _ in 0..MOVES {
-            let reach = 10_f64.powf(rng.random_range(-7.0..-0.5));
-            let mut moved = pair;
-            for direction in &mut moved {
-                if rng.random_bool(0.5) {
-                    let [x, y] = [0, 1].map(|_| reach * rng.random_range(-1.0..1.0));
-                    // Relative to the height above the horizon, or to the lobe's own size.
-                    let height = if rng.random_bool(0.5) { direction.z } else { 1.0 };
-                    *direction = (*direction + DVec3::new(x, y, x + y) * height).normalize();
-                }
-            }
-            let Some(probe) = probes_of_pair(exact, moved).into_iter().next() else { continue };
-            let error = reader.error(&probe);
-            if error > best {
-                (best, pair) = (error, moved);
-            }
-        }
-        error_at(reader, exact, pair)
-    };
-    apart.par_iter().enumerate().map(climb).reduce(|| 0.0, f64::max)
+        error_at(reader, exact, climbed(reader, exact, start, &mut rng))
+    });
+    climbs.reduce(|| 0.0, f64::max)
 }
 
-/// `error.measured` is the largest error that there is, but for what [`LARGEST_RATIO`] says. `SGDBAKE_ATTACKS=12` takes as many materials.
+/// Returns whether the lights or the viewers of two probes differ.
+fn are_apart(a: &Probe, b: &Probe) -> bool {
+    a.pair.iter().zip(b.pair).any(|(a, b)| a.distance(b) > 0.02)
+}
+
+/// The pair that random moves from a probe lead to, each from the best so far.
+fn climbed(
+    reader: &Reader<'_>,
+    exact: &SgdBrdf,
+    (error, start): &(f64, Probe),
+    rng: &mut Pcg64,
+) -> [DVec3; 2] {
+    const MOVES: usize = 3000;
+    let (mut best, mut pair) = (*error, start.pair);
+    for _ in 0..MOVES {
+        let moved = moved(pair, rng);
+        let Some(probe) = probes_of_pair(exact, moved).into_iter().next() else { continue };
+        let error = reader.error(&probe);
+        if error > best {
+            (best, pair) = (error, moved);
+        }
+    }
+    pair
+}
+
+/// A pair with either, both or none of its directions moved, by 1e-7 to a third.
+fn moved(mut pair: [DVec3; 2], rng: &mut Pcg64) -> [DVec3; 2] {
+    let reach = 10_f64.powf(rng.random_range(-7.0..-0.5));
+    for direction in &mut pair {
+        if rng.random_bool(0.5) {
+            let [x, y] = [0, 1].map(|_| reach * rng.random_range(-1.0..1.0));
+            // Relative to the height above the horizon, or to the lobe's own size.
+            let height = if rng.random_bool(0.5) { direction.z } else { 1.0 };
+            *direction = (*direction + DVec3::new(x, y, x + y) * height).normalize();
+        }
+    }
+    pair
+}
+
+/// `error.measured` is nearly the largest error that there is: `SGDBAKE_ATTACKS=12` takes as many
+/// materials.
 #[test]
-fn the_stated_error_is_the_largest_there_is() {
+fn an_independent_search_finds_hardly_more_than_the_stated_error() {
     let count = attacks(2) as usize;
     let gold = sgdbake::material::find("gold-paint").expect("in the catalogue");
     let step = (catalog().len() / count.max(1)).max(1);
@@ -367,24 +389,25 @@ fn the_stated_error_is_the_largest_there_is() {
     let mut largest: f64 = 0.0;
     for entry in std::iter::once(gold).chain(others) {
         for tolerance in [1e-2, 1e-3, 1e-4] {
-            let request = request(&FACTORS, tolerance, Depths::Smallest);
-            let start = std::time::Instant::now();
-            let baked = bake(&[&entry.material], &request).expect("within reach");
-            let took = start.elapsed();
-            let stated = baked.tables[0].error.measured.expect("searched");
-            let exact = exactly(&entry.material, request.masking);
-            let found = Filter::COVERED
-                .map(|filter| Reader { baked: &baked, index: 0, filter })
-                .map(|reader| independently_searched(&reader, &exact));
-            let ratio = found[0].max(found[1]) / stated;
-            println!(
-                "{} at {tolerance:e}: {ratio:.4} of the stated {stated:.3e}; baked in {took:.0?}",
-                entry.material.name
-            );
-            largest = largest.max(ratio);
+            largest = largest.max(share_of_stated_error(&entry.material, tolerance));
         }
     }
     assert!(largest <= LARGEST_RATIO, "{largest}");
+}
+
+/// The largest error that the independent search finds of a material's textures, as a multiple of the
+/// one that their bake states.
+fn share_of_stated_error(material: &Material, tolerance: f64) -> f64 {
+    let request = request(&FACTORS, tolerance, Depths::Smallest);
+    let baked = bake(&[material], &request).expect("within reach");
+    let stated = baked.tables[0].error.measured.expect("searched");
+    let exact = exactly(material, request.masking);
+    let found = Filter::COVERED
+        .map(|filter| Reader { baked: &baked, index: 0, filter })
+        .map(|reader| independently_searched(&reader, &exact));
+    let ratio = found[0].max(found[1]) / stated;
+    println!("{} at {tolerance:e}: {ratio:.4} of the stated {stated:.3e}", material.name);
+    ratio
 }
 
 /// An independent search finds so many times the stated error at most (docs/promise.md): each pair of

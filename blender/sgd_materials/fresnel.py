@@ -25,6 +25,8 @@ from dataclasses import dataclass
 
 # Share of the other channels' mean that channels below 0 may take away.
 NEGATIVE_SHARE = 0.5
+# Fits keep F within [0, 1] up to the digits that their parameters are printed with.
+ROUNDING = 1e-5
 
 
 @dataclass(frozen=True)
@@ -46,9 +48,17 @@ def split(channels):
             _term([(b, f1 + b) for (_, f1), b in zip(channels, shares)]))
 
 
+def is_noisy(f0, f1):
+    """Whether an end of F, or of its quintic part, is below 0 or above 1: Cycles picks closures less well."""
+    return f0 - f1 < -ROUNDING or f1 > 1.0 + ROUNDING or f0 - f1 > 1.0 + ROUNDING
+
+
 def leaves_range(f0, f1):
-    """Whether an end of F, or of its quintic, is below 0 or above 1."""
-    return f0 < f1 or f1 > 1.0 or f0 - f1 > 1.0
+    """Whether F leaves [0, 1] between s = 0 and 1. F is 1 at s = 1 and turns where f1 + 5 (1 - f0) s^4 = 0."""
+    turn = -0.2 * f1 / (1.0 - f0) if f0 != 1.0 else 0.0
+    turns = [turn ** 0.25] if 0.0 < turn < 1.0 else []
+    values = [f0 - f1 + f1 * s + (1.0 - f0) * s ** 5 for s in (0.0, *turns)]
+    return min(values) < -ROUNDING or max(values) > 1.0 + ROUNDING
 
 
 def _term(ends):

@@ -116,11 +116,12 @@ def losses(description):
         sentences.append(f"Narrower than Cycles can show: {narrow} of {len(widths)} lobes, widened to {MIN_ALPHA:g}")
     if wide:
         sentences.append(f"Wider than Cycles can show: {wide} of {len(widths)} lobes, narrowed to {MAX_ALPHA:g}")
-    outside = {CHANNELS[c] for blend in blends(description) for c, curve in enumerate(curves(blend))
-               if blend.lobes[c] is not None and fresnel.leaves_range(*curve)}
-    if outside:
-        named = ", ".join(name for name in CHANNELS if name in outside)
-        sentences.append(f"Fresnel leaves [0, 1] in {named}: shown as published, with more noise")
+    noisy = [(CHANNELS[c], fresnel.leaves_range(*curve)) for blend in blends(description)
+             for c, curve in enumerate(curves(blend)) if blend.lobes[c] is not None and fresnel.is_noisy(*curve)]
+    for leaves, what in ((True, "leaves [0, 1]"), (False, "has a negative part")):
+        named = [name for name in CHANNELS if (name, leaves) in noisy]
+        if named:
+            sentences.append(f"Fresnel {what} in {', '.join(named)}: shown as it is, with more noise")
     return sentences
 
 

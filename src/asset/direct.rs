@@ -91,6 +91,8 @@ pub fn direct_fits() -> &'static [DirectFits] {
 /// The direct fits that belong to a material of the refit edition.
 #[must_use]
 pub fn direct_fits_of(material: &Material) -> Option<&'static DirectFits> {
+    // Equal parameters are required besides the name: a file may carry the name of a catalogue
+    // material and other numbers.
     let name = published_name(material)?;
     refit_of(name).filter(|entry| entry.material == *material)?;
     direct_fits().iter().find(|fits| fits.name == name)

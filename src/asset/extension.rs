@@ -155,6 +155,7 @@ impl Extras {
                 .map(|(i, lobe)| read_lobe(lobe, &format!("{at}.lobes[{i}]")))
                 .collect::<Result<_, _>>()?,
         };
+        // Checked here, where the error can still name the place in the file.
         parameters.material().map_err(|error| ExtrasError::new(at, error))?;
         let error = body.get("error").map(|_| member(body, at, "error")).transpose()?;
         Ok(Self { version: Version, parameters, error })
@@ -162,6 +163,7 @@ impl Extras {
 }
 
 fn read_lobe(lobe: &Value, at: &str) -> Result<LobeParams, ExtrasError> {
+    // `null` is what a lobe without a masking fit is written as.
     let masking = lobe.get("masking").filter(|masking| !masking.is_null());
     let fields = LobeFields {
         alpha: member(lobe, at, "alpha")?,

@@ -44,7 +44,7 @@ pub struct MaterialEntry {
 /// The distance of a material from the measurement that it describes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StatedError {
-    /// ΔE2000 of a ball under one light.
+    /// Mean ΔE2000 of a ball under suns that the fit did not see.
     pub delta_e: f64,
     /// The measurement.
     pub source: String,

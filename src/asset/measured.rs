@@ -81,6 +81,7 @@ impl Measured {
 /// The mark of a material's parameters, whatever its name.
 fn mark(material: &Material) -> String {
     let text = to_toml(material);
+    // The name alone is in the first line of `to_toml`: renaming a material is no edit.
     fingerprint(text.split_once('\n').map_or("", |(_name, parameters)| parameters))
 }
 
@@ -90,6 +91,12 @@ mod tests {
     use std::path::Path;
 
     use crate::material::{find, parse};
+
+    /// What a material file says of its measurement, and whether nobody edited it.
+    fn read(text: &str) -> (Option<Measured>, bool) {
+        let material = parse(text, Path::new("m.toml")).expect("a material file");
+        (Measured::of_text(text, &material), Measured::is_unedited(text, &material))
+    }
 
     #[test]
     fn the_table_is_read_back_until_a_parameter_is_edited() {
@@ -114,10 +121,6 @@ mod tests {
             Measured { source, energy: Energy::Conserve, error, gltf, gltf_error: error };
         let material = find("gold-paint").expect("in the catalogue").material.clone();
         let text = measured.to_text(&material);
-        let read = |text: &str| {
-            let material = parse(text, Path::new("m.toml")).expect("a material file");
-            (Measured::of_text(text, &material), Measured::is_unedited(text, &material))
-        };
         assert_eq!(read(&text), (Some(measured.clone()), true));
         let renamed = text.replace("gold-paint", "my gold");
         assert_eq!(read(&renamed), (Some(measured), true));

@@ -177,6 +177,7 @@ pub fn build_with_progress(
     let Baked { tables, placed, left_out } = bake_with_progress(&materials, request, step)?;
     let textures: Vec<Texture> =
         tables.into_iter().map(|table| Texture::new(&table, format)).collect::<Result<_, _>>()?;
+    // Indexed, so the order is that of `subjects` on any number of threads.
     let assets = subjects.par_iter().zip(&placed);
     let assets = assets.map(|(subject, placed)| Asset::new(*subject, placed, &textures));
     Ok(Product { assets: assets.inspect(|_| step()).collect(), textures, left_out })
@@ -193,6 +194,7 @@ pub fn rebuild(
     request: &Request,
     format: Format,
 ) -> Result<Vec<Asset>, BuildError> {
+    // A scene may show one material in many slots; each is built once.
     let mut different: Vec<&Extras> = Vec::new();
     for extras in extras {
         if !different.contains(&extras) {
@@ -207,11 +209,11 @@ pub fn rebuild(
         // Extras of earlier versions do not state it.
         asset.material.error = extras.error.clone().or(asset.material.error.take());
     }
-    let asset = |extras| {
+    let of_each = extras.iter().filter_map(|extras| {
         let built = different.iter().zip(&assets).find(|(built, _)| **built == extras);
         built.map(|(_, asset)| asset.clone())
-    };
-    Ok(extras.iter().filter_map(asset).collect())
+    });
+    Ok(of_each.collect())
 }
 
 impl Asset {
@@ -228,8 +230,8 @@ impl Asset {
     }
 }
 
-/// The glTF material nearest to the surface: fitted to the measurement where the material is a refit
-/// of one, else to the material.
+/// The glTF material nearest to the surface: fitted to the measurement where the material is a
+/// refit of one, else to the material.
 #[must_use]
 pub fn best_gltf(material: &Material) -> GltfBrdf {
     let direct = direct_fits_of(material).map(|fits| fits.gltf.measured.material);
@@ -245,6 +247,7 @@ impl Texture {
     /// Returns whether the row of a material is in the texture.
     fn holds(&self, row: Option<usize>) -> bool {
         match self.entry.quantity {
+            // The 3D table holds one material, the others a row for each.
             Quantity::Brdf3d => row.is_some() && row == self.entry.row,
             _ => row.is_some(),
         }
@@ -255,10 +258,12 @@ impl Product {
     /// The manifest of the product, for textures that are files in its folder.
     #[must_use]
     pub fn manifest(&self) -> Manifest {
-        let material =
-            |asset: &Asset| ManifestMaterial { entry: asset.material.clone(), gltf: asset.gltf };
+        let materials = self
+            .assets
+            .iter()
+            .map(|asset| ManifestMaterial { entry: asset.material.clone(), gltf: asset.gltf });
         Manifest::new(
-            self.assets.iter().map(material).collect(),
+            materials.collect(),
             self.textures.iter().map(|texture| texture.entry.clone()).collect(),
             self.left_out.clone(),
         )

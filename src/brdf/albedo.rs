@@ -54,6 +54,8 @@ impl FresnelMoments {
         let alpha2 = alpha * alpha;
         let [whole, none] = view.radial_ends(alpha, LARGEST_DECAY);
         let mut sum = Self::default();
+        // Apart, as the integrand has a kink where the horizon starts to cut the rings. At normal
+        // incidence, or where D has decayed before, the second part is empty.
         for (low, high) in [(0.0, whole), (whole, none)].into_iter().filter(|(a, b)| a < b) {
             for node in radial {
                 let v = low + (high - low) * node.x;
@@ -82,10 +84,12 @@ impl FresnelMoments {
     }
 }
 
+/// Rings of half vectors in each of the two parts.
 const RADIAL_NODES: usize = 48;
+/// Half vectors of a ring.
 const AZIMUTH_NODES: usize = 48;
 
-/// x/α beyond which e^{−x/α} no longer counts.
+/// x/α beyond which e^{−x/α}, 4e-18, no longer counts.
 const LARGEST_DECAY: f64 = 40.0;
 
 /// cos²ψ of the nodes of the midpoint rule over ψ in [0, π/2].
@@ -111,6 +115,7 @@ impl View {
     /// of it is: at a = tan(½(π/2−θo)) and tan(½(π/2+θo)), or where D has decayed.
     pub(super) fn radial_ends(&self, alpha: f64, largest_decay: f64) -> [f64; 2] {
         let largest = largest_decay * alpha;
+        // tan(½(π/2 − θ)) = cosθ/(1 + sinθ), and the tangent of the complement is its reciprocal.
         let whole = self.cos / (1.0 + self.sin);
         [whole, whole.recip()].map(|slope| ((slope * slope).min(largest) / (alpha * alpha)).ln_1p())
     }
@@ -130,6 +135,7 @@ impl View {
         let length2 = 1.0 + slope * slope;
         let length = length2.sqrt();
         let diameter = 4.0 * slope * self.sin;
+        // cosθi (1+a²) at φ = π; where it is below 0 the horizon cuts the ring at the share q.
         let lowest = self.cos * (1.0 - slope * slope) - 0.5 * diameter;
         let (base, lit) = if lowest < 0.0 { (0.0, 1.0 + lowest / diameter) } else { (lowest, 1.0) };
         let sum = azimuth.iter().fold(FresnelMoments::default(), |sum, cos2_psi| {
@@ -139,10 +145,12 @@ impl View {
             let d_phi = (above / (1.0 - lit + above)).sqrt();
             let cos_d = (0.5 * length * (cos_i + self.cos)).min(1.0);
             let schlick = (1.0 - cos_d).powi(5);
+            // dωi = 4 (wo·h) dωh: the 4 takes the usual ¼ away, and wo·h = cosθd is left.
             let weight = d_phi * lobe.g1(cos_i / sin_i) * cos_d;
             sum.plus(weight, FresnelMoments { one: 1.0, schlick, cosine: cos_d })
         });
-        // D cosθh dωh = slope density · dx dφ / 2, both halves of the circle: the factor 2 goes.
+        // D dωh = slope density · √(1+a²) · ½ dx dφ. Both halves of the circle, the 2 of dφ and the
+        // step ½π/n of ψ make it π/n.
         FresnelMoments::default().plus(PI / azimuth.len() as f64 * self.v * length, sum)
     }
 }
@@ -151,6 +159,7 @@ impl View {
 #[must_use]
 pub fn specular_albedo(lobe: &Lobe<Sgd>, cos_theta_o: f64) -> [f64; 3] {
     let moments = FresnelMoments::new(lobe, cos_theta_o);
+    // The moments have the usual ¼, the model ρs/π.
     std::array::from_fn(|c| 4.0 * lobe.rho_s[c] / PI * moments.with_fresnel(&lobe.fresnel[c]))
 }
 

@@ -1,4 +1,5 @@
-//! The glTF material as engines evaluate it: five forms of one set of factors.
+//! The glTF material as engines evaluate it: five forms of one set of factors. Their constants and
+//! their oddities are those of docs/engine-forms.md, which names the lines of the sources.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -116,6 +117,7 @@ fn weighted(f0: f64, f90: f64, w: f64) -> f64 {
 }
 
 fn three_js(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
+    // Least roughness of three.js.
     let roughness = m.roughness.max(0.045);
     let (w, dv) = (spherical_gaussian(p.d), lobe(roughness * roughness, p));
     let albedo = Albedos::of_ggx(roughness, p.o);
@@ -124,17 +126,21 @@ fn three_js(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
         let f0 = mix(dielectric[c], m.base_color[c], m.metallic);
         let f90 = mix(m.specular_factor, 1.0, m.metallic);
         let specular = weighted(f0, f90, w) * dv * compensation(f0, albedo);
+        // The diffuse base sees the dielectric's Fresnel, also beside metal.
         let below = 1.0 - weighted(dielectric[c], m.specular_factor, w);
         specular + m.base_color[c] * (1.0 - m.metallic) * FRAC_1_PI * below
     });
     let Some((factor, rough)) = coat(m) else { return base };
     let on_top = weighted(0.04, 1.0, w) * lobe(rough.max(0.045).powi(2), p);
+    // At cosθo, where the coat's own lobe has cosθd.
     let below = 1.0 - factor * weighted(0.04, 1.0, spherical_gaussian(p.o));
     base.map(|f| f * below + factor * on_top)
 }
 
 fn babylon_js(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
     let w = schlick_weight(p.d);
+    // Babylon.js adds to α where others limit the roughness. The rows of its albedo texture are one
+    // off, 1/256 of roughness.
     let dv = lobe(m.roughness * m.roughness + 0.0005, p);
     let albedo = Albedos::of_ggx(m.roughness + 1.0 / 256.0, p.o);
     let coat = coat(m).map(|(factor, rough)| {
@@ -143,30 +149,36 @@ fn babylon_js(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
         (fresnel, fresnel * kelemen_lobe(rough * rough + 0.0005, p), albedo)
     });
     std::array::from_fn(|c| {
+        // Not clamped: a specular colour above 25 exceeds 1.
         let dielectric = DIELECTRIC_F0 * m.specular_factor * m.specular_color[c];
         let f0 = mix(dielectric, m.base_color[c], m.metallic);
+        // F90 is the specular factor also of a metal.
         let specular = mix(f0, m.specular_factor, w) * dv * compensation(f0, albedo);
         let diffuse = m.base_color[c] * (1.0 - dielectric) * (1.0 - m.metallic) * FRAC_1_PI;
         let base = specular + diffuse;
         coat.map_or(base, |(fresnel, lobe, albedo)| {
+            // With f0 of the base, as the shader has it.
             base * (1.0 - fresnel) + lobe * compensation(f0, albedo)
         })
     })
 }
 
 fn filament(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
-    const LEAST: f64 = 0.089;
-    let coat = coat(m).map(|(factor, rough)| (factor, rough.max(LEAST)));
-    let roughness = m.roughness.max(LEAST);
+    /// Least roughness of the mobile shaders, which the web uses.
+    const MIN_ROUGHNESS: f64 = 0.089;
+    let coat = coat(m).map(|(factor, rough)| (factor, rough.max(MIN_ROUGHNESS)));
+    let roughness = m.roughness.max(MIN_ROUGHNESS);
     let roughness =
         coat.map_or(roughness, |(factor, rough)| mix(roughness, roughness.max(rough), factor));
     let alpha = roughness * roughness;
+    // Hammon's approximation of V (mobile). The rows of the albedo texture are one off, 1/64.
     let fast = 0.5 / mix(2.0 * p.i * p.o, p.i + p.o, alpha);
     let (w, dv) = (schlick_weight(p.d), Ggx { alpha }.ndf(p.tan2_h) * fast);
     let albedo = Albedos::of_ggx(roughness + 1.0 / 64.0, p.o);
     let dielectric = clamped_f0(m).map(|f0| f0 * m.specular_factor);
     let base: [f64; 3] = std::array::from_fn(|c| {
         let f0 = mix(dielectric[c], m.base_color[c], m.metallic);
+        // No Fresnel dims the diffuse base.
         let diffuse = m.base_color[c] * (1.0 - m.metallic) * FRAC_1_PI;
         mix(f0, 1.0, w) * dv * compensation(f0, albedo) + diffuse
     });
@@ -184,12 +196,14 @@ fn khronos(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
         mix(dielectric, mix(m.base_color[c], 1.0, w) * dv, m.metallic)
     });
     let Some((factor, rough)) = coat(m) else { return base };
+    // Of the normal, not of the half vector, for the coat's lobe too.
     let fresnel = factor * coat_fresnel(p.o);
     base.map(|f| f * (1.0 - fresnel) + fresnel * lobe(rough * rough, p))
 }
 
 fn cycles(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
     let (mut f, mut below) = ([0.0; 3], 1.0);
+    // From the top down: each layer dims what lies below by its albedo seen from o.
     if let Some((factor, rough)) = coat(m) {
         let layer = Dielectric::new(0.04, rough);
         let [value, albedo] = layer.lobe(0.04, p);
@@ -197,12 +211,14 @@ fn cycles(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
         below -= factor * albedo;
     }
     let metal = cycles_metal(m, p);
+    // The index comes from the factor alone, f0 from the tint too; an index of 1 has no lobe.
     let q = (DIELECTRIC_F0 * m.specular_factor).min(0.99);
     let layer = (q > 0.0).then(|| Dielectric::new(q, m.roughness));
     let lobes = m.specular_color.map(|tint| {
         let f0 = (DIELECTRIC_F0 * m.specular_factor * tint).min(1.0);
         layer.map_or([0.0; 2], |layer| layer.lobe(f0, p))
     });
+    // By the brightest channel, so that dimming adds no colour.
     let under = 1.0 - lobes.iter().map(|lobe| lobe[1]).fold(0.0, f64::max);
     for c in 0..3 {
         let dielectric = lobes[c][0] + under * m.base_color[c] * FRAC_1_PI;
@@ -219,6 +235,7 @@ fn cycles_metal(m: &GltfBrdf, p: &PairCosines) -> [f64; 3] {
         let at_82 = mix(f0, 1.0, (6.0_f64 / 7.0).powi(5));
         let dent = at_82 * 7.0 / (6.0_f64 / 7.0).powi(6) * (1.0 - m.specular_color[c].min(1.0));
         let fresnel = mix(f0, 1.0, schlick_weight(p.d)) - dent * p.d * (1.0 - p.d).powi(6);
+        // The cosine-weighted mean of F: ∫ 2µ (1−µ)⁵ dµ = 1/21, ∫ 2µ² (1−µ)⁶ dµ = 1/126.
         let mean = f0 + (1.0 - f0) / 21.0 - dent / 126.0;
         fresnel.clamp(0.0, 1.0) * dv * Albedos::scattered(m.roughness, p.o, mean)
     })
@@ -240,6 +257,7 @@ impl Dielectric {
     /// The lobe of colour `f0` and its albedo seen from o.
     fn lobe(self, f0: f64, p: &PairCosines) -> [f64; 2] {
         let index = index_of(self.f0);
+        // A fit to the mean Fresnel factor of the index, then rescaled as the factor itself is.
         let mean = (index - 1.0) / (4.08567 + 1.00071 * index);
         let whole = f0 + (1.0 - f0) * ((mean - self.f0) / (1.0 - self.f0));
         let scattered = Albedos::scattered(self.roughness, p.o, whole);

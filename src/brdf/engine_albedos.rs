@@ -34,7 +34,8 @@ pub(super) struct Albedos {
 
 /// Nodes in roughness and cosθ.
 const NODES: usize = 24;
-/// F0^¼ of the tables of [`share`].
+/// F0^¼ of the tables of [`share`], evenly spaced from F0 = 1e-4 to just above the 0.04 that a glTF
+/// dielectric has at most.
 const FOURTH_ROOTS: [f64; 4] = [0.1, 0.2162, 0.3324, 0.4486];
 
 static ALBEDOS: LazyLock<Albedos> = LazyLock::new(Albedos::new);
@@ -63,6 +64,7 @@ impl Albedos {
     pub(super) fn share(roughness: f64, cos_o: f64, f0: f64) -> f64 {
         let [first, .., last] = FOURTH_ROOTS;
         let steps = (FOURTH_ROOTS.len() - 1) as f64;
+        // Short of the last node, so that there is a next one.
         let at = ((f0.powf(0.25) - first) / (last - first) * steps).clamp(0.0, steps - 1e-9);
         let k = at as usize;
         let [a, b] = [k, k + 1].map(|k| bilinear(&ALBEDOS.share[k], roughness, cos_o));
@@ -73,6 +75,7 @@ impl Albedos {
     pub(super) fn scattered(roughness: f64, cos_o: f64, fresnel: f64) -> f64 {
         let (k, t) = place(roughness);
         let mean = mix(ALBEDOS.mean[k], ALBEDOS.mean[k + 1], t);
+        // Fms = Σ Fss Ē (Fss (1 − Ē))ⁿ: light that stays n times more and then leaves.
         let often = fresnel * mean / (1.0 - fresnel * (1.0 - mean));
         compensation(often, Self::of_ggx(roughness, cos_o))
     }
@@ -109,6 +112,7 @@ fn bilinear(table: &[f64], roughness: f64, cos_o: f64) -> f64 {
 fn seen_from(roughness: f64, cos_o: f64) -> (f64, [f64; 4]) {
     const SIDE: usize = 16;
     let alpha = (roughness * roughness).max(1e-4);
+    // At the horizon Λ is infinite, and G2/G1 would be ∞/∞.
     let cos_o = cos_o.max(1e-3);
     let wo = DVec3::new((1.0 - cos_o * cos_o).sqrt(), 0.0, cos_o);
     let lambda_o = lambda(wo, alpha);
@@ -119,6 +123,7 @@ fn seen_from(roughness: f64, cos_o: f64) -> (f64, [f64; 4]) {
         let d = wo.dot(h);
         let wi = 2.0 * d * h - wo;
         if wi.z > 0.0 {
+            // G2/G1(wo), the weight of a visible normal with F = 1.
             albedo += (1.0 + lambda_o) / (1.0 + lambda_o + lambda(wi, alpha));
         }
         for (sum, root) in shares.iter_mut().zip(FOURTH_ROOTS) {
@@ -142,6 +147,7 @@ fn visible_normal(wo: DVec3, alpha: f64, [u, v]: [f64; 2]) -> DVec3 {
     let t2 = stretched.cross(t1);
     let (radius, (sin, cos)) = (u.sqrt(), (TAU * v).sin_cos());
     let (p1, p2) = (radius * cos, radius * sin);
+    // The disc is squeezed to the projection of the upper hemisphere along wo.
     let s = 0.5 * (1.0 + stretched.z);
     let p2 = mix((1.0 - p1 * p1).sqrt(), p2, s);
     let up = (1.0 - p1 * p1 - p2 * p2).max(0.0).sqrt();

@@ -68,17 +68,18 @@ pub struct GltfBrdf {
 impl Reflectance for GltfBrdf {
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         let Some(angles) = Angles::of(wi, wo) else { return [0.0; 3] };
-        let lobe =
-            |roughness: f64| ggx_lobe(roughness * roughness, angles.tan2_h, angles.cot, angles.cos);
-        let material = self.material(schlick_weight(angles.cos_d), lobe(self.roughness));
-        match (self.clearcoat, self.clearcoat_roughness) {
-            (Some(clearcoat), Some(roughness)) => {
-                let c = clearcoat * coat_fresnel(angles.cos[1]);
-                material.map(|f| (1.0 - c) * f + c * lobe(roughness))
-            }
-            _ => material,
-        }
+        let material = self.material(schlick_weight(angles.cos_d), lobe(self.roughness, &angles));
+        let Some(clearcoat) = self.clearcoat else { return material };
+        // A file may leave the roughness out; its default is 0.
+        let roughness = self.clearcoat_roughness.unwrap_or(0.0);
+        let c = clearcoat * coat_fresnel(angles.cos[1]);
+        material.map(|f| (1.0 - c) * f + c * lobe(roughness, &angles))
     }
+}
+
+/// V·D of a GGX lobe of a roughness, α = roughness² \[1/sr\].
+fn lobe(roughness: f64, angles: &Angles) -> f64 {
+    ggx_lobe(roughness * roughness, angles.tan2_h, angles.cot, angles.cos)
 }
 
 impl GltfBrdf {
@@ -86,6 +87,7 @@ impl GltfBrdf {
     fn material(&self, u: f64, lobe: f64) -> [f64; 3] {
         let f0 = self.specular_color.map(|color| (DIELECTRIC_F0 * color).min(1.0));
         let fr = f0.map(|f0| f0 + (1.0 - f0) * u);
+        // By the brightest channel of F, so that what is let through has no colour of its own.
         let through = 1.0 - self.specular_factor * fr.into_iter().fold(0.0, f64::max);
         std::array::from_fn(|c| {
             let base = self.base_color[c];
@@ -114,6 +116,7 @@ pub fn coat_fresnel(cos_theta_o: f64) -> f64 {
 pub fn ggx_lobe(alpha: f64, tan2_theta_h: f64, cot_theta: [f64; 2], cos_theta: [f64; 2]) -> f64 {
     let ggx = Ggx { alpha };
     let [lambda_i, lambda_o] = cot_theta.map(|cot| ggx.lambda(cot));
+    // From the left: Λ makes up for a small cosine before the next is multiplied in.
     let g2_over_cos = 1.0 / ((1.0 + lambda_i + lambda_o) * cos_theta[0] * cos_theta[1]);
     0.25 * ggx.ndf(tan2_theta_h) * g2_over_cos
 }

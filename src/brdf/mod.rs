@@ -14,7 +14,7 @@ pub mod reflectance;
 pub mod sampler;
 
 pub use albedo::{FresnelMoments, directional_albedo};
-pub use batch::SgdBatch;
+pub use batch::{SamplerBatch, SgdBatch};
 pub use gltf::GltfBrdf;
 pub use model::{Brdf, Lobe, LobeCurves, LobeTerms, MaskingKind, SgdBrdf, Terms};
 pub use one_lobe::{OneLobe, OneLobeChannel};

@@ -27,6 +27,7 @@ use crate::microfacet::{
 /// # Ok::<(), sgdbake::material::UnknownMaterial>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum MaskingKind {
     /// Smith's masking of the distribution, exactly.
     #[default]
@@ -188,6 +189,7 @@ impl<D: Distribution> Lobe<D> {
     /// D, Λ, G1 and F against the angle with the given cosine and sine ≥ 0.
     #[must_use]
     pub fn curves(&self, cos_theta: f64, sin_theta: f64) -> LobeCurves {
+        // Either may be infinite: D, Λ and G1 have their limits there.
         let (tan_theta, cot_theta) = (sin_theta / cos_theta, cos_theta / sin_theta);
         LobeCurves {
             ndf: self.distribution.ndf(tan_theta * tan_theta),
@@ -220,6 +222,7 @@ impl<D: Distribution> Brdf<D> {
         let Some(angles) = Angles::of(wi, wo) else { return [0.0; 3] };
         let mut specular = [0.0; 3];
         for lobe in &self.lobes {
+            // In the order of `terms`, so that both have the same bits.
             let of_lobe = lobe.specular(&lobe.terms(&angles), &angles);
             specular = std::array::from_fn(|c| specular[c] + of_lobe[c]);
         }

@@ -44,6 +44,7 @@ impl OneLobe {
         let mut lobes: Vec<Lobe<OneWidth>> = Vec::new();
         for (c, channel) in self.channels.iter().enumerate() {
             let distribution = self.family.of_width(channel.alpha);
+            // D and G1 are then evaluated once for the channels that share a width.
             let known = lobes.iter_mut().find(|lobe| lobe.distribution == distribution);
             if let Some(lobe) = known {
                 (lobe.rho_s[c], lobe.fresnel[c]) = (RHO_S, channel.fresnel);

@@ -72,6 +72,7 @@ pub trait Sample: Reflectance {
 /// (Malley's method).
 #[must_use]
 pub fn cosine_sample(u: [f64; 2]) -> DVec3 {
+    // u < 1 keeps cosθ above 0.
     from_cos_sin((1.0 - u[0]).sqrt(), u[0].sqrt(), TAU * u[1])
 }
 
@@ -87,6 +88,7 @@ impl Reflectance for SgdBatch {
     }
 
     fn eval_all(&self, pairs: &[[DVec3; 2]], f: &mut [[f64; 3]]) {
+        // The batch takes a column for each component.
         let [wi, wo] = [0, 1].map(|side| {
             [0, 1, 2].map(|axis| pairs.iter().map(|pair| pair[side][axis] as f32).collect())
         });

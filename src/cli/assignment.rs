@@ -48,10 +48,12 @@ impl AssignmentArguments {
             Some(path) => read(path)?,
             None => Vec::new(),
         };
+        // Of equally close patterns the last wins: `--assign` overrules the file.
         assignments.extend(self.assign.iter().cloned());
         let patterns: Vec<(Pattern, String)> =
             assignments.into_iter().map(|a| (Pattern::new(&a.slot), a.material)).collect();
         let names = resolve(slots, &patterns)?;
+        // Each name is loaded once, as a measurement would be fitted each time.
         let mut materials = Vec::new();
         let mut known = BTreeMap::new();
         let mut by_slot = Vec::new();

@@ -60,6 +60,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
             output.line(measured_page::markdown(&measurements).trim_end())?;
         }
     }
+    // The report goes out before the failure, as `main` flushes only after a success.
     output.finish()?;
     broken.map_or(Ok(()), |law| Err(Failure::check(law)))
 }

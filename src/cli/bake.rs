@@ -6,12 +6,12 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::cli::assignment::AssignmentArguments;
-use crate::cli::evaluator::MaskingChoice;
-use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::{NewFile, Output, Writing};
+use crate::cli::scene_file::{FileReport, print_files, unreadable};
 use crate::cli::selection::{self, Chosen, ExtentArguments};
 use sgdbake::asset::{BuildError, Product, Subject, build_with_progress};
+use sgdbake::brdf::MaskingKind;
 use sgdbake::encode::{Format, shader};
 use sgdbake::lut::{self, BakeError, Depth, Depths, Quantity, Request, Table};
 use sgdbake::material::{Edition, Material, catalog};
@@ -58,7 +58,7 @@ pub struct Arguments {
     quantity: Vec<Quantity>,
     /// The masking function to store
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
+    masking: MaskingKind,
     #[command(flatten)]
     extent: ExtentArguments,
     /// The file format; png holds 16-bit integers, and only masking, fresnel and albedo
@@ -88,6 +88,12 @@ struct File {
     bytes: Arc<[u8]>,
 }
 
+impl File {
+    fn report(&self) -> FileReport<'_> {
+        FileReport { path: &self.path, bytes: self.bytes.len() as u64 }
+    }
+}
+
 /// The object that `--json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
@@ -100,12 +106,6 @@ struct Report<'a> {
     rows: usize,
     measured_error: Option<f64>,
     left_out: usize,
-}
-
-#[derive(Serialize)]
-struct FileReport<'a> {
-    path: &'a Path,
-    bytes: usize,
 }
 
 /// All quantities of the whole catalogue, at the same tolerance or size.
@@ -123,12 +123,11 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = materials(arguments, output)?;
     let request = request(arguments)?;
     let bar = output.progress(steps(arguments, &materials), "bake");
-    let step = || bar.inc(1);
     selection::note_far_fits(materials.iter().map(|chosen| &chosen.material), output);
     let subjects: Vec<Subject<'_>> = materials.iter().map(Chosen::subject).collect();
-    let product = build_with_progress(&subjects, &request, arguments.format, &step)
+    let product = build_with_progress(&subjects, &request, arguments.format, &|| bar.inc(1))
         .map_err(|error| refused(error, &request))?;
-    let catalogue = arguments.compare.then(|| everything(&request, &step)).transpose()?;
+    let catalogue = arguments.compare.then(|| everything(&request, &|| bar.inc(1))).transpose()?;
     let files = files(arguments, &product);
     bar.finish_and_clear();
     let new: Vec<NewFile<'_>> =
@@ -171,6 +170,7 @@ fn materials(arguments: &Arguments, output: &Output) -> Result<Vec<Chosen>, Fail
         .filter(|(slot, _)| slot.used)
         .filter_map(|(_, material)| *material)
         .collect();
+    // Several slots may share a material.
     used.sort_unstable();
     used.dedup();
     if used.is_empty() {
@@ -191,7 +191,7 @@ fn request(arguments: &Arguments) -> Result<Request, Failure> {
     };
     Ok(Request {
         quantities: arguments.quantity.clone(),
-        masking: arguments.masking.into(),
+        masking: arguments.masking,
         extent: arguments.extent.into(),
         depths,
     })
@@ -201,6 +201,7 @@ fn request(arguments: &Arguments) -> Result<Request, Failure> {
 /// together they may not fit the memory.
 fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything, Failure> {
     let depths = match request.depths {
+        // The integers of a PNG hold neither D nor the 3D table, which are baked here too.
         Depths::Only(Depth::Unorm16) => Depths::Smallest,
         depths => depths,
     };
@@ -212,6 +213,7 @@ fn everything(request: &Request, step: &(dyn Fn() + Sync)) -> Result<Everything,
     let mut everything = Everything { texture_bytes, out_of_reach: 0 };
     for material in all {
         match lut::bake(&[material], &solid) {
+            // Only the size is kept: the tables are dropped before the next are baked.
             Ok(baked) => everything.texture_bytes += texel_bytes(&baked.tables),
             Err(BakeError::NotReached { .. } | BakeError::Volume { .. }) => {
                 everything.out_of_reach += 1;
@@ -254,7 +256,7 @@ fn report(
     let report = Report {
         schema: "sgdbake/bake/1",
         dry_run: arguments.writing.dry_run,
-        files: files.iter().map(|f| FileReport { path: &f.path, bytes: f.bytes.len() }).collect(),
+        files: files.iter().map(File::report).collect(),
         texture_bytes: product.textures.iter().map(|texture| texture.entry.texel_bytes()).sum(),
         catalogue,
         rows: rows(product),
@@ -265,20 +267,19 @@ fn report(
             .reduce(f64::max),
         left_out: product.left_out.len(),
     };
-    if arguments.json {
-        return output.json(&report);
-    }
-    let verb = if arguments.writing.dry_run { "would write" } else { "wrote" };
-    for file in &report.files {
-        output.line(format!("{verb} {} ({} bytes)", file.path.display(), file.bytes))?;
-    }
-    let Report { rows, texture_bytes, left_out, .. } = report;
+    if arguments.json { output.json(&report) } else { print(&report, output) }
+}
+
+fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
+    print_files(&report.files, report.dry_run, output)?;
+    let Report { rows, texture_bytes, left_out, .. } = *report;
     output
         .line(format!("{rows} rows, {texture_bytes} bytes of texels, {left_out} lobes left out"))?;
     if let Some(error) = report.measured_error {
         output.line(format!("largest error of f measured: {error:.2e}"))?;
     }
-    if let Some(Everything { texture_bytes: all, out_of_reach }) = catalogue {
+    if let Some(Everything { texture_bytes: all, out_of_reach }) = report.catalogue {
+        // Materials without a visible lobe have no texels at all.
         let share = all as f64 / texture_bytes.max(1) as f64;
         output.line(format!(
             "all five quantities of the whole catalogue: {all} bytes, {share:.1} times as many"
@@ -294,10 +295,12 @@ fn report(
 
 /// The number of rows that the materials use.
 fn rows(product: &Product) -> usize {
+    // Rows count from 0; a material without a visible lobe has none.
     product.assets.iter().filter_map(|asset| asset.material.row).max().map_or(0, |row| row + 1)
 }
 
-/// Where half floats are what was asked for, they may be what keeps a tolerance out of reach.
+/// The failure of a bake. Where only half floats are allowed, they may be why the tolerance is not
+/// reached.
 fn refused(error: BuildError, request: &Request) -> Failure {
     let half = request.depths == Depths::Only(Depth::Half);
     let not_reached = matches!(error, BuildError::Bake(BakeError::NotReached { .. }));

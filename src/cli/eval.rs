@@ -1,18 +1,19 @@
 //! `sgdbake eval`: f and its factors for pairs of directions.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::cli::evaluator::{Evaluation, Evaluator};
+use crate::cli::evaluator::{Evaluated, Evaluation, columns};
 use crate::cli::failure::Failure;
 use crate::cli::input::{self, next_line};
 use crate::cli::output::Output;
 use crate::cli::selection::{Direction, Materials};
 use crate::cli::terminal::name;
 use sgdbake::brdf::{LobeTerms, Terms};
-use sgdbake::material::{Channel, Material};
+use sgdbake::material::Channel;
 
 /// Evaluates the reflectance for pairs of directions, one result a line.
 ///
@@ -45,7 +46,7 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
-    /// Of several materials.
+    /// Only where there are several materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'a str>,
     wi: [f64; 3],
@@ -53,7 +54,7 @@ struct Line<'a> {
     r: ChannelTerms,
     g: ChannelTerms,
     b: ChannelTerms,
-    /// Of a material where more than one lobe colours a channel.
+    /// Only for a material in which more than one lobe colours a channel.
     #[serde(skip_serializing_if = "Option::is_none")]
     lobes: Option<&'a [LobeTerms]>,
 }
@@ -61,9 +62,9 @@ struct Line<'a> {
 /// The terms of one channel.
 #[derive(Serialize)]
 struct ChannelTerms {
-    /// Of the lobe that alone colours the channel.
+    /// Those of the lobe, where a single one colours the channel.
     #[serde(flatten)]
-    factors: Option<Factors>,
+    factors: Option<LobeFactors>,
     specular: f64,
     diffuse: f64,
     brdf: f64,
@@ -71,14 +72,14 @@ struct ChannelTerms {
 
 /// The factors of a lobe in one colour.
 #[derive(Clone, Copy, Serialize)]
-struct Factors {
+struct LobeFactors {
     ndf: f64,
     g1_i: f64,
     g1_o: f64,
     fresnel: f64,
 }
 
-impl Factors {
+impl LobeFactors {
     fn of(terms: &LobeTerms, colour: usize) -> Self {
         let LobeTerms { ndf, g1_i, g1_o, fresnel } = *terms;
         Self { ndf, g1_i, g1_o, fresnel: fresnel[colour] }
@@ -88,18 +89,13 @@ impl Factors {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = arguments.materials.load(output)?;
-    let evaluators: Vec<Evaluator> =
-        materials.iter().map(|material| arguments.evaluation.of(material)).collect();
-    // One material needs no name, as the caller gave it.
-    let named = materials.len() > 1;
-    let mut print = |wi, wo| {
-        materials.iter().zip(&evaluators).try_for_each(|(material, evaluator)| {
-            print_pair(material, named, evaluator, [wi, wo], arguments.json, output)
-        })
-    };
+    let evaluated = arguments.evaluation.of_all(&materials);
     match (arguments.wi, arguments.wo, &arguments.pairs) {
-        (Some(wi), Some(wo), None) => print(wi.0, wo.0),
-        (_, _, Some(path)) => each_pair(path, print),
+        (Some(wi), Some(wo), None) => print_pair(&evaluated, [wi.0, wo.0], arguments.json, output),
+        // clap refuses --pairs together with --wi or --wo.
+        (_, _, Some(path)) => {
+            each_pair(path, |pair| print_pair(&evaluated, pair, arguments.json, output))
+        }
         (None, None, None) => Err(Failure::usage("no directions")
             .help("give --wi X,Y,Z and --wo X,Y,Z, or --pairs FILE.csv")),
         (None, _, None) => Err(Failure::usage("--wi is missing; a pair has two directions")),
@@ -107,30 +103,39 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     }
 }
 
+/// The results of all materials for a pair.
 fn print_pair(
-    material: &Material,
-    named: bool,
-    evaluator: &Evaluator,
+    evaluated: &[Evaluated<'_>],
+    pair: [DVec3; 2],
+    json: bool,
+    output: &mut Output,
+) -> Result<(), Failure> {
+    evaluated.iter().try_for_each(|evaluated| print(evaluated, pair, json, output))
+}
+
+fn print(
+    Evaluated { material, name: named, evaluator }: &Evaluated<'_>,
     [wi, wo]: [DVec3; 2],
     json: bool,
     output: &mut Output,
 ) -> Result<(), Failure> {
     let terms = evaluator.terms(wi, wo);
+    // The terms have room for the most lobes that a material may have.
     let lobes = &terms.lobes[..material.lobes().len()];
     let of_channel = material.channel_lobes();
     if json {
         let [r, g, b] = [0, 1, 2].map(|c| ChannelTerms {
-            factors: of_channel.map(|of| Factors::of(&lobes[of[c]], c)),
+            factors: of_channel.map(|of| LobeFactors::of(&lobes[of[c]], c)),
             specular: terms.specular[c],
             diffuse: terms.diffuse[c],
             brdf: terms.brdf[c],
         });
         let (wi, wo) = (wi.to_array(), wo.to_array());
         let lobes = of_channel.is_none().then_some(lobes);
-        let material = named.then_some(material.name.as_str());
-        return output.json(&Line { schema: "sgdbake/eval/1", material, wi, wo, r, g, b, lobes });
+        let (schema, material) = ("sgdbake/eval/1", *named);
+        return output.json(&Line { schema, material, wi, wo, r, g, b, lobes });
     }
-    let of = if named { format!("{}  ", name(&material.name)) } else { String::new() };
+    let of = named.map_or(String::new(), |named| format!("{}  ", name(named)));
     output.line(format!("{of}wi {wi}  wo {wo}"))?;
     match of_channel {
         Some(of) => print_channels(&terms, of, output),
@@ -138,16 +143,11 @@ fn print_pair(
     }
 }
 
-/// A line of numbers after a name.
-fn columns(name: &str, numbers: &[f64]) -> String {
-    numbers.iter().fold(name.to_owned(), |line, n| format!("{line} {n:>12.6e}"))
-}
-
 /// A line for each channel, with the factors of its lobe.
 fn print_channels(terms: &Terms, of: [usize; 3], output: &mut Output) -> Result<(), Failure> {
     output.line("           ndf         g1_i         g1_o      fresnel     specular      diffuse         brdf")?;
     for (c, channel) in Channel::ALL.into_iter().enumerate() {
-        let Factors { ndf, g1_i, g1_o, fresnel } = Factors::of(&terms.lobes[of[c]], c);
+        let LobeFactors { ndf, g1_i, g1_o, fresnel } = LobeFactors::of(&terms.lobes[of[c]], c);
         let Terms { specular, diffuse, brdf, .. } = terms;
         let numbers = [ndf, g1_i, g1_o, fresnel, specular[c], diffuse[c], brdf[c]];
         output.line(columns(channel.name(), &numbers))?;
@@ -178,46 +178,49 @@ const LONGEST_LINE: usize = 4096;
 /// Calls `action` with every pair of a CSV file, reading one line at a time.
 fn each_pair(
     path: &Path,
-    mut action: impl FnMut(DVec3, DVec3) -> Result<(), Failure>,
+    mut action: impl FnMut([DVec3; 2]) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let mut input = input::open(path)?;
     let mut line = String::new();
     for number in 1.. {
-        let refusal = |what: &dyn std::fmt::Display| {
-            Failure::usage(format!("{}:{number}: {what}", path.display()))
-        };
+        // Line by line: a pipe of pairs may have no end.
         match next_line(&mut *input, &mut line, LONGEST_LINE) {
             Ok(true) => {}
-            Ok(false) if number == 1 => return Err(refusal(&wrong_header(""))),
+            Ok(false) if number == 1 => return Err(refused(path, number, wrong_header(""))),
             Ok(false) => break,
+            // Too long or not UTF-8: the fault of the line, which is named; others are of the disk.
             Err(error) if error.kind() == std::io::ErrorKind::InvalidData => {
-                return Err(refusal(&error));
+                return Err(refused(path, number, error));
             }
-            Err(error) => {
-                return Err(Failure::job(format!("cannot read {}: {error}", path.display())));
-            }
+            Err(error) => return Err(input::unreadable(path, &error)),
         }
         if number == 1 {
+            // Spreadsheets put a byte order mark before the header.
             if line.trim_start_matches('\u{feff}').trim() != HEADER {
-                return Err(refusal(&wrong_header(&line)));
+                return Err(refused(path, number, wrong_header(&line)));
             }
         } else if !line.trim().is_empty() {
-            let (wi, wo) = pair(&line).map_err(|error| refusal(&error))?;
-            action(wi, wo)?;
+            action(pair(&line).map_err(|error| refused(path, number, error))?)?;
         }
     }
     Ok(())
+}
+
+/// The failure of a line of a file.
+fn refused(path: &Path, line: usize, what: impl fmt::Display) -> Failure {
+    Failure::usage(format!("{}:{line}: {what}", path.display()))
 }
 
 fn wrong_header(line: &str) -> String {
     format!("the header is '{line}'; it must be '{HEADER}'")
 }
 
-fn pair(line: &str) -> Result<(DVec3, DVec3), String> {
+fn pair(line: &str) -> Result<[DVec3; 2], String> {
+    // At the third comma, so that each direction reports its own error.
     let split = line.match_indices(',').nth(2).map(|(at, _)| at);
     let split =
         split.ok_or_else(|| format!("'{line}' is not a pair; give six numbers {HEADER}"))?;
-    Ok((direction(&line[..split])?, direction(&line[split + 1..])?))
+    Ok([direction(&line[..split])?, direction(&line[split + 1..])?])
 }
 
 /// The direction that three numbers name.

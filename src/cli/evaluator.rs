@@ -12,29 +12,10 @@ use sgdbake::math::direction::cos_sin_degrees;
 pub struct Evaluation {
     /// The masking function
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
+    masking: MaskingKind,
     /// The arithmetic: the reference in f64, or the f32 batch path
     #[arg(long, value_enum, default_value_t)]
     precision: Precision,
-}
-
-/// A masking function by its name on the command line.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum MaskingChoice {
-    /// Smith's masking of the distribution, exactly
-    #[default]
-    Exact,
-    /// The paper's three-parameter fit
-    Fitted,
-}
-
-impl From<MaskingChoice> for MaskingKind {
-    fn from(choice: MaskingChoice) -> Self {
-        match choice {
-            MaskingChoice::Exact => Self::Exact,
-            MaskingChoice::Fitted => Self::Fitted,
-        }
-    }
 }
 
 /// The arithmetic to evaluate in.
@@ -48,14 +29,41 @@ enum Precision {
 }
 
 impl Evaluation {
-    /// The evaluator of a material.
+    /// The materials with an evaluator each.
     #[must_use]
-    pub fn of(&self, material: &Material) -> Evaluator {
+    pub fn of_all<'m>(&self, materials: &'m [Material]) -> Vec<Evaluated<'m>> {
+        // One material needs no name, as the caller gave it.
+        let named = materials.len() > 1;
+        let evaluated = materials.iter().map(|material| Evaluated {
+            material,
+            name: named.then_some(material.name.as_str()),
+            evaluator: self.of(material),
+        });
+        evaluated.collect()
+    }
+
+    fn of(&self, material: &Material) -> Evaluator {
         match self.precision {
-            Precision::F64 => Evaluator::Double(SgdBrdf::new(material, self.masking.into())),
-            Precision::F32 => Evaluator::Single(SgdBatch::new(material, self.masking.into())),
+            Precision::F64 => Evaluator::Double(SgdBrdf::new(material, self.masking)),
+            Precision::F32 => Evaluator::Single(SgdBatch::new(material, self.masking)),
         }
     }
+}
+
+/// A material to evaluate.
+pub struct Evaluated<'m> {
+    /// The material.
+    pub material: &'m Material,
+    /// The name that its results carry.
+    pub name: Option<&'m str>,
+    /// Its evaluator.
+    pub evaluator: Evaluator,
+}
+
+/// A line of numbers after a name.
+#[must_use]
+pub fn columns(name: &str, numbers: &[f64]) -> String {
+    numbers.iter().fold(name.to_owned(), |line, n| format!("{line} {n:>12.6e}"))
 }
 
 /// An evaluator in the chosen precision.

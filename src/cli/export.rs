@@ -1,22 +1,19 @@
 //! `sgdbake export`: a scene with best-fit glTF materials, the SGD parameters and the textures.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::cli::assignment::{Assigned, AssignmentArguments};
-use crate::cli::evaluator::MaskingChoice;
 use crate::cli::failure::Failure;
-use crate::cli::output::{NewFile, Output, Writing};
-use crate::cli::ownership::is_ours;
-use crate::cli::selection::{Chosen, ExtentArguments, note_far_fits};
+use crate::cli::output::{Output, Writing};
+use crate::cli::scene_file::{FileReport, print_files, read, write};
+use crate::cli::selection::{Chosen, TextureArguments, note_far_fits};
 use crate::cli::terminal::name;
 use sgdbake::asset::{Subject, build_with_progress};
 use sgdbake::encode::Format;
-use sgdbake::lut::{Depths, Quantity, Request};
-use sgdbake::scene::{Container, Export, OutputFile, Scene, SceneError, Slot};
+use sgdbake::scene::{Container, Export, Scene, Slot};
 
 /// Puts measured materials into the slots of a scene. Everything that is not an assigned material
 /// comes out as it came in.
@@ -41,11 +38,8 @@ pub struct Arguments {
     /// Take out the images that only replaced materials showed
     #[arg(long)]
     prune: bool,
-    /// The masking function to store
-    #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
     #[command(flatten)]
-    extent: ExtentArguments,
+    textures: TextureArguments,
     #[command(flatten)]
     writing: Writing,
     /// Machine-readable report
@@ -84,38 +78,20 @@ struct SlotReport<'a> {
     material: Option<&'a str>,
 }
 
-/// A written file.
-#[derive(Serialize)]
-pub struct FileReport<'a> {
-    path: &'a Path,
-    bytes: u64,
-}
-
-impl<'a> FileReport<'a> {
-    /// The files of an export.
-    pub fn of(export: &'a Export) -> Vec<Self> {
-        let files = export.files.iter();
-        files.map(|file| Self { path: &file.path, bytes: file.len() }).collect()
-    }
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
+    // A wrong ending is refused before anything is baked.
     Container::of(&arguments.output)?;
     let scene = open(arguments, output)?;
     let slots = scene.slots();
     let assigned = arguments.assignments.assigned(&slots, output)?;
-    let request = Request {
-        quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
-        masking: arguments.masking.into(),
-        extent: arguments.extent.into(),
-        depths: Depths::Smallest,
-    };
     note_far_fits(assigned.materials.iter().map(|chosen| &chosen.material), output);
     let subjects: Vec<Subject<'_>> = assigned.materials.iter().map(Chosen::subject).collect();
-    let assets = build_with_progress(&subjects, &request, Format::Exr, &|| ())?.assets;
+    let assets =
+        build_with_progress(&subjects, &arguments.textures.into(), Format::Exr, &|| ())?.assets;
     let pairs = slots.iter().zip(&assigned.by_slot);
     let replaced: Vec<_> = pairs.filter_map(|(slot, m)| Some((slot.id, &assets[(*m)?]))).collect();
+    // Before the export, while the old materials still say which images they show.
     let scene = if arguments.prune { scene.pruned(&replaced)? } else { scene };
     let export = scene.export(&replaced, &arguments.output)?;
     let inputs: Vec<&Path> =
@@ -130,62 +106,9 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
 fn open(arguments: &Arguments, output: &Output) -> Result<Scene, Failure> {
     match (&arguments.scene, arguments.shape) {
         (Some(path), _) => read(path, output),
+        // clap asks for a scene or a shape, so one of them is there.
         (None, Some(Shape::Ball) | None) => Ok(Scene::ball(BALL_ROWS)?),
     }
-}
-
-/// Reads a scene, with a progress bar.
-pub fn read(path: &Path, output: &Output) -> Result<Scene, Failure> {
-    let size = fs::metadata(path).map_or(0, |metadata| metadata.len());
-    let bar = output.progress(size, "reading");
-    let scene = Scene::open_with_progress(path, &mut |bytes| bar.set_position(bytes));
-    bar.finish_and_clear();
-    scene.map_err(|error| unreadable(path, error))
-}
-
-/// A scene that cannot be read, with its path.
-pub fn unreadable(path: &Path, error: SceneError) -> Failure {
-    let message = format!("{}: {error}", path.display());
-    match error {
-        SceneError::Kind(_) => Failure::usage(message).help("a scene is a .obj, .gltf or .glb"),
-        SceneError::Uri { .. } | SceneError::Missing { .. } => {
-            Failure::job(message).help("put the file into the scene's folder")
-        }
-        _ => Failure::job(message),
-    }
-}
-
-/// The files to write: not those of the input that stand there already.
-fn changed(files: &[OutputFile]) -> Vec<&OutputFile> {
-    files.iter().filter(|file| !(file.copy && stands_already(file))).collect()
-}
-
-/// Returns whether the file is there with this content. Its size is compared first.
-fn stands_already(file: &OutputFile) -> bool {
-    let same_size =
-        fs::metadata(&file.path).is_ok_and(|old| old.is_file() && old.len() == file.len());
-    let mut bytes = Vec::new();
-    same_size
-        && file.write_to(&mut bytes).is_ok()
-        && fs::read(&file.path).is_ok_and(|old| old == bytes)
-}
-
-/// Writes the files, the scene last: a reader that finds it finds everything. What belongs to a
-/// scene that sgdbake wrote (the buffer has no mark of its own) it may write again.
-pub fn write(
-    scene: &Path,
-    files: &[OutputFile],
-    inputs: &[&Path],
-    writing: Writing,
-) -> Result<(), Failure> {
-    let Writing { dry_run, force } = writing;
-    let files = changed(files);
-    let own_scene = scene.is_file() && is_ours(scene);
-    let copies = files.iter().filter(|file| file.copy).map(|file| file.path.as_path());
-    writing.check(copies, inputs)?;
-    let new: Vec<NewFile<'_>> =
-        files.iter().rev().map(|file| NewFile::new(&file.path, |out| file.write_to(out))).collect();
-    Writing { dry_run, force: force || own_scene }.write_all(&new, inputs)
 }
 
 fn report(
@@ -228,16 +151,4 @@ fn print(report: &Report<'_>, output: &mut Output) -> Result<(), Failure> {
         ))?;
     }
     print_files(&report.files, report.dry_run, output)
-}
-
-/// A line for each file that was written, or would be.
-pub fn print_files(
-    files: &[FileReport<'_>],
-    dry_run: bool,
-    output: &mut Output,
-) -> Result<(), Failure> {
-    let verb = if dry_run { "would write" } else { "wrote" };
-    files.iter().try_for_each(|file| {
-        output.line(format_args!("{verb} {} ({} bytes)", file.path.display(), file.bytes))
-    })
 }

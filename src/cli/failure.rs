@@ -68,13 +68,15 @@ impl Failure {
     #[must_use]
     pub fn report(self) -> ExitCode {
         match self {
+            // The reader, such as `head`, has what it wanted.
             Self::ClosedPipe => ExitCode::SUCCESS,
             Self::Reported(reported) => {
                 let exit = ExitCode::from(reported.exit as u8);
-                // One line a message, so that it can be searched for; a second call changes nothing.
+                // One line a message, so that it can be searched; a second call changes nothing.
                 let _ = miette::set_hook(Box::new(|_| {
                     Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
                 }));
+                // miette prints its report through `Debug`.
                 eprintln!("{:?}", miette::Report::new(reported));
                 exit
             }

@@ -24,12 +24,13 @@ fn free_name(name: &str, [start, end]: [&str; 2], taken: &mut HashSet<String>) -
     free
 }
 
-/// The name without what a path, a terminal or a link takes as more than a letter.
+/// The name without the characters that mean something to a path, a terminal or a link.
 fn plain(name: &str) -> String {
     let plain: String = name
         .chars()
         .map(|c| if c.is_alphanumeric() || "-_.@".contains(c) { c } else { '-' })
         .collect();
+    // A leading dot would hide the file, and `.` and `..` are folders.
     if plain.is_empty() || plain.starts_with('.') { format!("-{plain}") } else { plain }
 }
 

@@ -1,6 +1,6 @@
 //! `sgdbake fit`: the best fits, how far they are and how far they look.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::ValueEnum;
 use glam::DVec3;
@@ -123,14 +123,13 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = subjects.materials(output)?;
     let count = materials.len() + subjects.measured.len();
     let progress = output.progress(count as u64, "fitting");
-    let of_material = |material: &Material| Ok(Study::of_material(material, arguments));
-    let of_measurement = |path: &PathBuf| Study::of_measurement(path, arguments);
-    let step = |_: &Result<Study, Failure>| progress.inc(1);
-    let studies = materials.par_iter().map(of_material).inspect(step);
-    let mut studies: Vec<Study> = studies.collect::<Result<_, _>>()?;
+    let studies = materials.par_iter().map(|material| Study::of_material(material, arguments));
+    let mut studies: Vec<Study> = studies.inspect(|_| progress.inc(1)).collect();
     // One after the other: each may take as much memory as two of its files.
-    let measured = subjects.measured.iter().map(of_measurement).inspect(step);
-    studies.extend(measured.collect::<Result<Vec<_>, _>>()?);
+    for path in &subjects.measured {
+        studies.push(Study::of_measurement(path, arguments)?);
+        progress.inc(1);
+    }
     progress.finish_and_clear();
     if !arguments.json {
         output.line(HEADER)?;
@@ -153,7 +152,7 @@ struct Fitted {
     fit: Fit,
     pictured: Vec<Pictured>,
     fitted_to: FittedTo,
-    /// The fit to the SGD material of a measurement, beside that to the measurement.
+    /// The fit to the SGD material of a measurement, in addition to the one to the measurement.
     of_sgd: Option<(Fit, Vec<Pictured>)>,
 }
 
@@ -163,11 +162,11 @@ struct Pictured {
     reflectance: Box<dyn Reflectance + Send>,
     residuals: Residuals,
     delta_e: [f64; 2],
-    /// From a measurement.
+    /// Its distance from a measurement.
     distance: Option<Distance>,
 }
 
-/// Every so many of the target's pairs is evaluated for the time of an evaluation.
+/// Step through the target's pairs to those that evaluations are timed on.
 const TIMED: usize = 4;
 
 impl Study {
@@ -177,6 +176,7 @@ impl Study {
         let fits = arguments.model.iter().map(|model| arguments.fit(*model, &target, &ball));
         let fits: Vec<Fitted> = fits.collect();
         let known = fits.iter().any(|fitted| fitted.fitted_to == FittedTo::Measurement);
+        // The distance of the SGD itself is shown beside that of a fit to the measurement only.
         let known = direct_fits_of(material).filter(|_| known);
         Self {
             name: material.name.clone(),
@@ -189,6 +189,7 @@ impl Study {
     fn of_measurement(path: &Path, arguments: &Arguments) -> Result<Self, Failure> {
         let (measurement, surface, sgd) = measured::surface_and_fit(path)?;
         let target = Target::new(&sgd.material);
+        // A ball also shows pairs that were not measured, so the gaps are filled.
         let ball = ReferenceBall::of(&Filled(&measurement.averaged()));
         let fits = arguments.model.iter();
         let fits = fits.map(|model| arguments.fit_measured(*model, &target, &ball, &surface));
@@ -218,6 +219,7 @@ impl Study {
                 let Some(distance) = &pictured.distance else { continue };
                 let name = fitted.model.name();
                 let row = match to {
+                    // A name tells reflectances of one fit apart; a single one needs none.
                     FittedTo::Measurement if fitted.pictured.len() == 1 => name.to_owned(),
                     FittedTo::Measurement => format!("{name}, {}", pictured.of),
                     FittedTo::Sgd => format!("{name}, {} of SGD", pictured.of),
@@ -239,6 +241,7 @@ impl Arguments {
             let pictured = pictured(&fit, material, ball, |_| None);
             return Fitted { model, fit, pictured, fitted_to: FittedTo::Sgd, of_sgd: None };
         };
+        // A fit of the catalogue offers one reflectance, the one whose distance is stated.
         let pictured = pictured(&fit, material, ball, |_| Some(distance.into()));
         Fitted { model, fit, pictured, fitted_to: FittedTo::Measurement, of_sgd: None }
     }
@@ -252,30 +255,20 @@ impl Arguments {
         surface: &Surface,
     ) -> Fitted {
         let material = &target.material;
-        let picture = |fit: &Fit| {
-            let distance = |model: &dyn Reflectance| Some(surface.reference.distance(model));
-            pictured(fit, material, ball, distance)
-        };
         let of_sgd = model.fit(target, self.components, self.objective.into());
-        let of_sgd_pictured = picture(&of_sgd);
-        match self.to {
-            FittedTo::Sgd => Fitted {
-                model,
-                fit: of_sgd,
-                pictured: of_sgd_pictured,
-                fitted_to: FittedTo::Sgd,
-                of_sgd: None,
-            },
-            FittedTo::Measurement => {
-                let fit = model.fit_measured(surface, material, &of_sgd);
-                Fitted {
-                    model,
-                    pictured: picture(&fit),
-                    fit,
-                    fitted_to: FittedTo::Measurement,
-                    of_sgd: Some((of_sgd, of_sgd_pictured)),
-                }
-            }
+        let (fit, of_sgd) = match self.to {
+            FittedTo::Sgd => (of_sgd, None),
+            FittedTo::Measurement => (model.fit_measured(surface, material, &of_sgd), Some(of_sgd)),
+        };
+        Fitted {
+            model,
+            pictured: pictured_beside(surface, &fit, material, ball),
+            fit,
+            fitted_to: self.to,
+            of_sgd: of_sgd.map(|fit| {
+                let pictured = pictured_beside(surface, &fit, material, ball);
+                (fit, pictured)
+            }),
         }
     }
 }
@@ -298,6 +291,16 @@ fn pictured(
     pictured.collect()
 }
 
+/// The same with the distances from a measured surface.
+fn pictured_beside(
+    surface: &Surface,
+    fit: &Fit,
+    material: &Material,
+    ball: &ReferenceBall,
+) -> Vec<Pictured> {
+    pictured(fit, material, ball, |model| Some(surface.reference.distance(model)))
+}
+
 /// The pairs that evaluations are timed on.
 fn timed(target: &Target) -> Vec<[DVec3; 2]> {
     target.pairs.iter().step_by(TIMED).map(|pair| [pair.wi, pair.wo]).collect()
@@ -306,6 +309,7 @@ fn timed(target: &Target) -> Vec<[DVec3; 2]> {
 impl Fitted {
     fn print(&self, study: &Study, json: bool, output: &mut Output) -> Result<(), Failure> {
         let Self { model, fit, pictured, .. } = self;
+        // Evaluations are timed here, one after the other, when no fit runs any more.
         let appearance: Vec<Appearance> =
             pictured.iter().map(|pictured| pictured.appearance(&study.pairs)).collect();
         let (material, model) = (study.name.as_str(), model.name());
@@ -324,15 +328,18 @@ impl Fitted {
     }
 
     fn against_measurement(&self) -> Option<AgainstMeasurement<'_>> {
-        // The last reflectance of a fit is the one with a single width, which engines take.
-        let distance = |pictured: &[Pictured]| pictured.last()?.distance;
         let of_sgd = self
             .of_sgd
             .as_ref()
-            .and_then(|(fit, pictured)| Some(OfSgd { fit, distance: distance(pictured)? }));
-        let distance = distance(&self.pictured)?;
+            .and_then(|(fit, pictured)| Some(OfSgd { fit, distance: engine_distance(pictured)? }));
+        let distance = engine_distance(&self.pictured)?;
         Some(AgainstMeasurement { fitted_to: self.fitted_to, distance, of_sgd })
     }
+}
+
+/// The distance of the last reflectance of a fit: the one with a single width, which engines take.
+fn engine_distance(pictured: &[Pictured]) -> Option<Distance> {
+    pictured.last()?.distance
 }
 
 const HEADER: &str = "material                 model    reflectance residual r       g       b  \

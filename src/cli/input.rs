@@ -38,17 +38,25 @@ fn regular(path: &Path, metadata: &fs::Metadata) -> Result<(), Failure> {
         .help("save the input to a file first"))
 }
 
+/// The failure of a file that cannot be read.
+#[must_use]
+pub fn unreadable(path: &Path, error: &io::Error) -> Failure {
+    Failure::job(format!("cannot read {}: {error}", path.display()))
+}
+
 /// Reads a whole text.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
-    let unreadable =
-        |error: io::Error| Failure::job(format!("cannot read {}: {error}", path.display()));
     if path == Path::new(STDIN) {
         let mut text = String::new();
-        io::stdin().take(LARGEST_TEXT).read_to_string(&mut text).map_err(unreadable)?;
+        // Stdin has no length to check beforehand: what lies beyond the limit is not read.
+        io::stdin()
+            .take(LARGEST_TEXT)
+            .read_to_string(&mut text)
+            .map_err(|error| unreadable(path, &error))?;
         return Ok(text);
     }
     check_text(path)?;
-    fs::read_to_string(path).map_err(unreadable)
+    fs::read_to_string(path).map_err(|error| unreadable(path, &error))
 }
 
 /// Opens a file, or stdin for `-`, to be read line by line.
@@ -57,19 +65,19 @@ pub fn open(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
         return Ok(Box::new(io::stdin().lock()));
     }
     check_regular(path)?;
-    let file = File::open(path)
-        .map_err(|error| Failure::job(format!("cannot read {}: {error}", path.display())))?;
+    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
     Ok(Box::new(BufReader::new(file)))
 }
 
-/// Reads the next line of at most `most` bytes into `line`, without its line break; false at the
-/// end.
+/// Reads the next line, of at most `most` bytes with its line break, into `line`, which gets it
+/// without the break. Returns false at the end.
 ///
 /// # Errors
 ///
 /// A longer line, of which no more is read, and text that is not UTF-8.
 pub fn next_line(input: &mut dyn BufRead, line: &mut String, most: usize) -> io::Result<bool> {
     line.clear();
+    // One byte more than is allowed tells a line that is too long from one that just fits.
     let length = input.take(most as u64 + 1).read_line(line)?;
     if length > most {
         let reason = format!("the line has more than {most} bytes");

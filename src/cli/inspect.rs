@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
+use crate::cli::scene_file::unreadable;
 use crate::cli::terminal::name;
 use sgdbake::encode::TextureEntry;
 use sgdbake::scene::{Contents, ContentsError, Counts, SceneContent};
@@ -67,6 +67,7 @@ fn print_scene(scene: &SceneContent, output: &mut Output) -> Result<(), Failure>
     for slot in &scene.slots {
         let meshes = if slot.used { slot.meshes.join(", ") } else { "unused".into() };
         let index = slot.index.map_or_else(String::new, |index| format!("#{index} "));
+        // The label of a slot without a name is its index already.
         let index = if slot.slot.starts_with('#') { String::new() } else { index };
         output.line(format_args!(
             "slot {index}{}: {} triangles; {}",

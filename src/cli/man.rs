@@ -30,7 +30,9 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
 
 /// The file name and the roff text of every page.
 fn pages() -> Result<Vec<(String, Vec<u8>)>, Failure> {
+    // `help` would become a page of its own.
     let mut root = Cli::command().disable_help_subcommand(true);
+    // Gives the subcommands their full names and the global options.
     root.build();
     let commands: Vec<clap::Command> = root.get_subcommands().cloned().collect();
     std::iter::once(root)

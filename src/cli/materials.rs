@@ -53,6 +53,7 @@ fn show(material: &Material, json: bool, output: &mut Output) -> Result<(), Fail
         return output.json(&table_json(material, &rows(material)));
     }
     table(material, output)?;
+    // A material file may bear a catalogue name with other parameters.
     let published = find(&material.name).is_ok_and(|entry| entry.material == *material);
     match refit_of(&material.name).filter(|_| published) {
         Some(refit) => {
@@ -95,6 +96,7 @@ fn table_line(name: &str, row: &Row) -> String {
 
 fn table_json(material: &Material, rows: &[(String, Row)]) -> Value {
     let name = &material.name;
+    // The form of the paper: a lobe for each channel.
     if material.channel_lobes().is_some() {
         let channels: Map<String, Value> =
             rows.iter().map(|(channel, row)| (channel.clone(), row_json(row))).collect();

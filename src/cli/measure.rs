@@ -77,7 +77,8 @@ enum EnergyChoice {
     Free,
 }
 
-/// A difference in ΔE2000 that conserving energy may cost without a word.
+/// A difference in ΔE2000 that conserving energy may cost without a word: it would be printed as
+/// 0.00.
 const NOTICED: f64 = 0.005;
 /// ΔE2000 from which the model does not follow the surface.
 const FAR: f64 = 3.0;
@@ -103,6 +104,7 @@ struct Report<'a> {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let inputs = [arguments.measurement.as_path()];
+    // An output that is in the way is refused before the fits, which take long.
     arguments.writing.check([arguments.output.as_path()], &inputs)?;
     let bar = output.progress(STEPS, "fitting");
     let path = &arguments.measurement;
@@ -127,7 +129,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     fits.report(arguments, &about, output)
 }
 
-/// Reading, aiming, and the three fits.
+/// Steps of the progress bar: reading, preparing the target, and the three fits.
 const STEPS: u64 = 5;
 
 impl Arguments {
@@ -155,6 +157,12 @@ struct Fits {
     gltf_distance: Distance,
 }
 
+/// The result of a step, now counted as done.
+fn counted<T>(step: &(dyn Fn() + Sync), result: T) -> T {
+    step();
+    result
+}
+
 impl Fits {
     fn new(
         surface: &Surface,
@@ -162,26 +170,23 @@ impl Fits {
         options: Options,
         step: &(dyn Fn() + Sync),
     ) -> Result<Self, MaterialError> {
-        let done = |value| {
-            step();
-            value
-        };
-        let sgd = |energy| done(surface.fit(name, Options { energy, ..options }));
-        let free = || (options.energy == Energy::Conserve).then(|| sgd(Energy::Free)).transpose();
-        let gltf = || {
-            let gltf = gltf_measured::fit(&surface.target).material;
-            step();
-            gltf
-        };
-        let ((chosen, free), gltf) =
-            rayon::join(|| rayon::join(|| sgd(options.energy), free), gltf);
+        // The free fit only tells what conserving energy costs.
+        let free = (options.energy == Energy::Conserve)
+            .then_some(Options { energy: Energy::Free, ..options });
+        // None of the three needs another.
+        let ((chosen, free), gltf) = rayon::join(
+            || {
+                rayon::join(
+                    || counted(step, surface.fit(name, options)),
+                    || free.map(|options| counted(step, surface.fit(name, options))).transpose(),
+                )
+            },
+            || counted(step, gltf_measured::fit(&surface.target).material),
+        );
         let chosen = chosen?;
-        let nearer = |free: SurfaceFit| {
-            let gain = chosen.distance.suns - free.distance.suns;
-            (gain > NOTICED).then_some(free.distance)
-        };
+        let free = free?.map(|free| free.distance);
         Ok(Self {
-            free: free?.and_then(nearer),
+            free: free.filter(|free| chosen.distance.suns - free.suns > NOTICED),
             gltf_distance: surface.reference.distance(&gltf),
             chosen,
             gltf,
@@ -265,8 +270,12 @@ fn with_error(value: f64, error: f64) -> String {
     format!("{} ± {error:.1e}", six_digits(value))
 }
 
+/// A line with one number and its standard error.
+fn scalar(name: &str, value: f64, error: f64) -> String {
+    format!("  {name:<6} {:>24}", with_error(value, error))
+}
+
 fn lobe_lines(lobe: &SgdLobe, error: &SgdLobe) -> [String; 5] {
-    let scalar = |name: &str, value, error| format!("  {name:<6} {:>24}", with_error(value, error));
     [
         scalar("alpha", lobe.alpha, error.alpha),
         scalar("p", lobe.p, error.p),

@@ -66,6 +66,7 @@ pub fn surface_and_fit(path: &Path) -> Result<(Measurement, Surface, SurfaceFit)
     let surface =
         Surface::new(&measurement.averaged()).map_err(|error| unfit(path, &error.into()))?;
     let fit =
+        // `measure` has the options and keeps the result in a file.
         surface.fit(&name(path), Options::default()).map_err(|error| unfit(path, &error.into()))?;
     Ok((measurement, surface, fit))
 }
@@ -100,7 +101,7 @@ impl From<MeasurementError> for Failure {
             Problem::Header(_) | Problem::Row { .. } => {
                 "the first line names the columns, e.g. theta_i,phi_i,theta_o,phi_o,r,g,b"
             }
-            _ => "readable are MERL .binary, RGL .bsdf (RGB, isotropic) and .csv of samples",
+            _ => "use MERL .binary, RGL .bsdf (RGB, isotropic) and .csv of samples",
         };
         Self::job(&error).help(help)
     }

@@ -26,6 +26,7 @@ mod model_fit;
 mod preview;
 mod restore;
 mod sample;
+mod scene_file;
 mod sheet;
 mod slice;
 mod speed_error;
@@ -127,6 +128,7 @@ fn fail_at_size_limits() {
     #[cfg(unix)]
     {
         // Fails only for signals that no process may handle.
+        // With any handler in place the write fails instead; nobody reads the flag.
         let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     }
 }

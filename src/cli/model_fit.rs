@@ -33,6 +33,7 @@ pub enum Model {
 
 /// The result of a fit.
 #[derive(Clone, Debug, Serialize)]
+// Untagged, as a line of the report has the name of the model already.
 #[serde(untagged)]
 pub enum Fit {
     /// One lobe.
@@ -72,6 +73,15 @@ pub struct Carried {
     pub distance: Distances,
 }
 
+impl Carried {
+    /// A lobe of the catalogue; its residuals are those to the material.
+    fn one_lobe(OneLobeAt { lobe, error }: &OneLobeAt, target: &Target) -> Self {
+        let joint_residuals = target.residuals(&lobe.brdf());
+        let fit = JointFit { joint: *lobe, joint_residuals, reasons: Vec::new() };
+        Self { fit: Fit::Joint(Box::new(fit)), distance: *error }
+    }
+}
+
 /// A name, residuals and a reflectance of a fit.
 pub type Named = (&'static str, Residuals, Box<dyn Reflectance + Send>);
 
@@ -90,12 +100,9 @@ impl Model {
     /// The fit to a material.
     #[must_use]
     pub fn fit(self, target: &Target, components: usize, objective: Objective) -> Fit {
-        let one_lobe = |family| {
-            Fit::OneLobe(Box::new(one_lobe::fit_target(target, family, Metric::default())))
-        };
         match self {
-            Self::Beckmann => one_lobe(Family::Beckmann),
-            Self::Ggx => one_lobe(Family::Ggx),
+            Self::Beckmann => Fit::one_lobe_of_sgd(target, Family::Beckmann),
+            Self::Ggx => Fit::one_lobe_of_sgd(target, Family::Ggx),
             Self::Mixture => Fit::Mixture(mixture::fit_target(target, components, objective)),
             Self::Gltf => Fit::Gltf(gltf::fit_target(target, Metric::default())),
         }
@@ -114,6 +121,7 @@ impl Model {
                 let fit = MeasuredMixtureFit { mixture, residuals, reasons: Vec::new() };
                 Fit::MeasuredMixture(Box::new(fit))
             }
+            // `of_sgd` is the fit in the same model, so a mixture is always caught above.
             (Self::Beckmann | Self::Mixture, _) => Fit::one_lobe(surface, Family::Beckmann),
             (Self::Gltf, _) => {
                 let material = gltf_measured::fit(&surface.target).material;
@@ -128,14 +136,9 @@ impl Model {
     #[must_use]
     pub fn carried(self, target: &Target) -> Option<Carried> {
         let fits = direct_fits_of(&target.material)?;
-        let joint = |OneLobeAt { lobe, error }: &OneLobeAt| {
-            let joint_residuals = target.residuals(&lobe.brdf());
-            let fit = JointFit { joint: *lobe, joint_residuals, reasons: Vec::new() };
-            Carried { fit: Fit::Joint(Box::new(fit)), distance: *error }
-        };
         match self {
-            Self::Beckmann => Some(joint(&fits.beckmann.measured)),
-            Self::Ggx => Some(joint(&fits.ggx.measured)),
+            Self::Beckmann => Some(Carried::one_lobe(&fits.beckmann.measured, target)),
+            Self::Ggx => Some(Carried::one_lobe(&fits.ggx.measured, target)),
             // The measurement is not at hand, and no mixture is in the catalogue.
             Self::Mixture => None,
             Self::Gltf => {
@@ -149,6 +152,11 @@ impl Model {
 }
 
 impl Fit {
+    /// One lobe for a material.
+    fn one_lobe_of_sgd(target: &Target, family: Family) -> Self {
+        Self::OneLobe(Box::new(one_lobe::fit_target(target, family, Metric::default())))
+    }
+
     /// One lobe fitted to a measurement.
     fn one_lobe(surface: &Surface, family: Family) -> Self {
         let joint = one_lobe_measured::fit(&surface.target, family);

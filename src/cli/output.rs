@@ -25,7 +25,7 @@ pub struct Writing {
     pub force: bool,
 }
 
-/// The command's stdout, stderr and habits.
+/// The command's stdout and stderr.
 #[derive(Debug)]
 pub struct Output {
     stdout: BufWriter<Stdout>,
@@ -83,6 +83,7 @@ impl Output {
         }
         let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}");
         let bar = ProgressBar::new(steps).with_message(what);
+        // The template is a constant; were it refused, the bar would keep its default look.
         style.map_or_else(|_| bar.clone(), |style| bar.clone().with_style(style))
     }
 
@@ -140,6 +141,7 @@ impl Writing {
                 return Err(Failure::usage(format!("two files would be named {}", path.display()))
                     .help("give the materials different names"));
             }
+            // Whatever --force says: an input is never overwritten.
             if inputs.iter().any(|input| same_file(input, path)) {
                 return Err(Failure::usage(format!(
                     "{} is an input of this command and would be overwritten",
@@ -153,6 +155,7 @@ impl Writing {
     }
 
     fn check_existing(&self, path: &Path) -> Result<(), Failure> {
+        // A path that cannot be looked at is left to the write, which says what is wrong.
         let Ok(existing) = fs::metadata(path) else { return Ok(()) };
         if existing.is_dir() {
             return Err(Failure::job(format!("{} is a folder", path.display()))
@@ -178,14 +181,17 @@ impl Writing {
     /// As [`Writing::check`]; a folder or file that cannot be written.
     pub fn write_all(&self, files: &[NewFile<'_>], inputs: &[&Path]) -> Result<(), Failure> {
         let paths = files.iter().map(|file| file.path.as_path());
+        // Again: a file may have come since the command checked its paths before the work.
         self.check(paths.clone(), inputs)?;
         if self.dry_run {
             return Ok(());
         }
+        // Sorted, so that two runs that share folders lock them in the same order.
         let folders: BTreeSet<&Path> = paths.map(parent).collect();
         let _locks: Vec<Option<fs::File>> =
             folders.into_iter().map(prepared).collect::<Result<_, _>>()?;
         let complete: Vec<NamedTempFile> = files.iter().map(complete).collect::<Result<_, _>>()?;
+        // A rename within a folder: a reader finds the old file or the new one, never a part of it.
         for (file, complete) in files.iter().zip(complete) {
             complete.persist(&file.path).map_err(|error| cannot_write(&file.path, &error.error))?;
         }
@@ -206,6 +212,7 @@ fn complete(file: &NewFile<'_>) -> Result<NamedTempFile, Failure> {
 fn prepared(folder: &Path) -> Result<Option<fs::File>, Failure> {
     fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
     let lock = fs::File::open(folder).ok().filter(|folder| folder.lock().is_ok());
+    // Under the lock, so that no other run is about to create and lock a file here.
     remove_leftovers(folder);
     Ok(lock)
 }
@@ -241,6 +248,7 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
 
 /// Returns whether an entry of a folder is a file that a run writes under a temporary name.
 fn is_unfinished(entry: &fs::DirEntry) -> bool {
+    // `file_type` does not follow links, so a link that leads elsewhere is never opened.
     entry.file_name().to_string_lossy().starts_with(UNFINISHED)
         && entry.file_type().is_ok_and(|kind| kind.is_file())
 }
@@ -272,6 +280,7 @@ impl FilePermissions for tempfile::Builder<'_, '_> {
     #[cfg(unix)]
     fn permissions_of_a_new_file(&mut self) -> &mut Self {
         use std::os::unix::fs::PermissionsExt as _;
+        // The umask of the process narrows this, as for any new file.
         self.permissions(fs::Permissions::from_mode(0o666))
     }
 

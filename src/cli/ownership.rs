@@ -18,8 +18,8 @@ const SCHEMA: &str = "sgdbake/";
 /// The most bytes of a text that are looked at for its writer.
 const HEAD: u64 = 4096;
 
-/// Returns whether sgdbake wrote the regular file at `path`. Reads no more than the file's header, or the
-/// JSON of a scene or report.
+/// Returns whether sgdbake wrote the regular file at `path`. Reads no more than the file's header,
+/// or the JSON of a scene or report.
 pub fn is_ours(path: &Path) -> bool {
     let Ok(file) = File::open(path) else { return false };
     let mut file = BufReader::new(file);
@@ -33,8 +33,10 @@ pub fn is_ours(path: &Path) -> bool {
     if head.starts_with(b"glTF") {
         return glb_json(&mut file).is_some_and(json_is_ours);
     }
+    // A leading `{` is JSON, `#` TOML or Markdown; the rest are textures and texts.
     match head.iter().find(|byte| !byte.is_ascii_whitespace()) {
         Some(b'{') => json_is_ours(file),
+        // A `#` that starts no material may be the heading of a report.
         Some(b'#') if material_is_ours(&head, path) => true,
         _ => generator_of(file).is_some_and(is_name) || text_names_us(&head),
     }
@@ -59,8 +61,8 @@ struct Asset {
 /// The largest JSON that is looked into.
 const LARGEST_JSON: u64 = 1 << 28;
 
-/// Returns whether a report or manifest has our schema, or a scene is an export that nobody edited since.
-/// A scene without such a mark counts by its generator.
+/// Returns whether a report or manifest has our schema, or a scene is an export that nobody edited
+/// since. A scene without such a mark counts by its generator.
 fn json_is_ours(json: impl BufRead) -> bool {
     let mut text = String::new();
     if json.take(LARGEST_JSON).read_to_string(&mut text).is_err() {
@@ -78,10 +80,11 @@ fn material_is_ours(head: &[u8], path: &Path) -> bool {
     parse(text, path).is_ok_and(|material| Measured::is_unedited(text, &material))
 }
 
-/// The JSON chunk of a .glb, without its padding.
+/// The JSON chunk of a .glb, with the spaces that pad it.
 fn glb_json(file: &mut BufReader<File>) -> Option<impl BufRead> {
     let mut header = [0; 20];
     file.read_exact(&mut header).ok()?;
+    // 12 bytes of file header, then the length of the first chunk and its kind.
     let [.., a, b, c, d, _, _, _, _] = header;
     Some(file.take(u32::from_le_bytes([a, b, c, d]).into()))
 }
@@ -95,11 +98,13 @@ fn bsdf_is_ours(head: &[u8]) -> bool {
 /// Pages, pictures, shaders and manuals name the writer in their first lines.
 fn text_names_us(head: &[u8]) -> bool {
     let head = String::from_utf8_lossy(head);
+    // Only the head of a page counts: its body may quote such an element.
     let html = head.starts_with("<!doctype html>")
         && head
             .split_once("</head>")
             .map_or(&*head, |(head, _)| head)
             .contains("<meta name=\"generator\" content=\"sgdbake ");
+    // Lines that define the apostrophe stand before `.TH`.
     let manual = head.lines().take(4).any(|line| line.starts_with(".TH sgdbake"));
     html || manual
         || head.starts_with("<!-- sgdbake ")

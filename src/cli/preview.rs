@@ -1,15 +1,17 @@
 //! `sgdbake preview`: a picture of materials on a ball or a mesh.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
+use indicatif::ProgressBar;
 
 use crate::cli::failure::Failure;
 use crate::cli::input::check_regular;
 use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection::Subjects;
-use sgdbake::brdf::{Reflectance, Sampler};
+use sgdbake::brdf::Reflectance;
+use sgdbake::brdf::batch::SamplerBatch;
 use sgdbake::measurement::{Filled, Measurement};
 use sgdbake::preview::environment::EnvironmentError;
 use sgdbake::preview::render::{Quality, Render, drawn_from, drawn_like, render};
@@ -17,7 +19,8 @@ use sgdbake::preview::shape::Mesh;
 use sgdbake::preview::{Environment, Film, Model, Shape};
 use sgdbake::scene::Scene;
 
-/// Renders materials or measurements on a ball or a mesh, under the built-in lights or an environment image.
+/// Renders materials or measurements on a ball or a mesh, under the built-in lights or an
+/// environment image.
 ///
 /// Several materials stand side by side. The picture is converged by importance sampling of both
 /// the lights and the surface; the remaining noise is stated. A PNG is tone-mapped, an EXR linear.
@@ -33,7 +36,7 @@ pub struct Arguments {
     output: PathBuf,
     /// The model to show
     #[arg(long, value_enum, default_value_t)]
-    model: ModelChoice,
+    model: Model,
     /// An equirectangular .hdr or .exr image in place of the built-in lights
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
@@ -51,37 +54,6 @@ pub struct Arguments {
     seed: u64,
     #[command(flatten)]
     writing: Writing,
-}
-
-/// A model by its name on the command line.
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
-pub enum ModelChoice {
-    /// The measured material
-    #[default]
-    Sgd,
-    /// The best single Beckmann lobe
-    Beckmann,
-    /// The best single GGX lobe
-    Ggx,
-    /// Five Beckmann distributions with widths shared by the lobes
-    Mixture,
-    /// The best glTF material
-    Gltf,
-    /// Lookup textures of 256 texels in half floats
-    Lut,
-}
-
-impl From<ModelChoice> for Model {
-    fn from(choice: ModelChoice) -> Self {
-        match choice {
-            ModelChoice::Sgd => Self::Sgd,
-            ModelChoice::Beckmann => Self::Beckmann,
-            ModelChoice::Ggx => Self::Ggx,
-            ModelChoice::Mixture => Self::Mixture,
-            ModelChoice::Gltf => Self::Gltf,
-            ModelChoice::Lut => Self::Lut,
-        }
-    }
 }
 
 /// The image formats, by the file's ending.
@@ -116,24 +88,23 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let shape = shape(arguments.mesh.as_deref(), output)?;
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
+    // Only here, so that a dry run fails over the same inputs as a run.
     if arguments.writing.dry_run {
         return output.written(&arguments.output, arguments.writing);
     }
     let count = materials.len() + measurements.len();
     let bar = output.progress(u64::from(arguments.size) * count as u64, "rows");
-    let picture = |surface: &Sampler, shown: &dyn Reflectance| {
-        let quality = arguments.quality();
-        let [picture] = render(&shape, &environment, surface, [shown], quality, &|| bar.inc(1));
-        picture
-    };
+    let studio = Studio { shape, environment, quality: arguments.quality(), bar: &bar };
     let mut pictures: Vec<Render> = Vec::with_capacity(count);
+    // Any model is drawn from the SGD of its material: a sample is weighted by the density it was
+    // drawn with, so the sampler need not match what is shown.
     for material in &materials {
-        let reflectance = Model::from(arguments.model).reflectance(material)?;
-        pictures.push(picture(&drawn_from(material), reflectance.as_ref()));
+        let reflectance = arguments.model.reflectance(material)?;
+        pictures.push(studio.picture(&drawn_from(material), reflectance.as_ref()));
     }
     for measurement in &measurements {
         let filled = Filled(measurement);
-        pictures.push(picture(&drawn_like(&filled), &filled));
+        pictures.push(studio.picture(&drawn_like(&filled), &filled));
     }
     bar.finish_and_clear();
     let noise = pictures.iter().map(|picture| picture.noise).fold(0.0, f64::max);
@@ -162,6 +133,23 @@ impl Arguments {
     }
 }
 
+/// A shape under its lights, and how it is pictured.
+struct Studio<'a> {
+    shape: Shape,
+    environment: Environment,
+    quality: Quality,
+    bar: &'a ProgressBar,
+}
+
+impl Studio<'_> {
+    /// The picture of a reflectance, the directions drawn from `surface`.
+    fn picture(&self, surface: &SamplerBatch, shown: &dyn Reflectance) -> Render {
+        let Self { shape, environment, quality, bar } = self;
+        let [picture] = render(shape, environment, surface, [shown], *quality, &|| bar.inc(1));
+        picture
+    }
+}
+
 pub(super) fn environment(path: &Path) -> Result<Environment, Failure> {
     check_regular(path)?;
     Environment::load(path).map_err(|error| match error {
@@ -173,13 +161,15 @@ pub(super) fn environment(path: &Path) -> Result<Environment, Failure> {
 
 fn shape(path: Option<&Path>, output: &Output) -> Result<Shape, Failure> {
     let Some(path) = path else { return Ok(Shape::Ball) };
-    let unusable = |reason: &dyn std::fmt::Display| {
-        Failure::job(format!("{}: {reason}", path.display()))
-            .help("use a .obj, .gltf or .glb file with uncompressed triangles")
-    };
-    let scene = Scene::open(path).map_err(|error| unusable(&error))?;
+    let scene = Scene::open(path).map_err(|error| unusable(path, error))?;
     scene.warnings().iter().for_each(|warning| output.note(warning));
-    let triangles = scene.triangles().map_err(|error| unusable(&error))?;
+    let triangles = scene.triangles().map_err(|error| unusable(path, error))?;
     let mesh = Mesh::new(triangles.into_iter().map(Into::into).collect());
-    mesh.map(Shape::Mesh).ok_or_else(|| unusable(&"no triangle of finite size"))
+    mesh.map(Shape::Mesh).ok_or_else(|| unusable(path, "no triangle of finite size"))
+}
+
+/// The failure of a mesh that cannot be shown.
+fn unusable(path: &Path, reason: impl fmt::Display) -> Failure {
+    Failure::job(format!("{}: {reason}", path.display()))
+        .help("use a .obj, .gltf or .glb file with uncompressed triangles")
 }

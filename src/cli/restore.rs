@@ -4,15 +4,13 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::cli::evaluator::MaskingChoice;
-use crate::cli::export::{FileReport, print_files, read, write};
 use crate::cli::failure::Failure;
 use crate::cli::output::{Output, Writing};
-use crate::cli::selection::ExtentArguments;
+use crate::cli::scene_file::{FileReport, print_files, read, write};
+use crate::cli::selection::TextureArguments;
 use crate::cli::terminal::name;
 use sgdbake::asset::{Asset, EXTENSION, Extras, rebuild};
 use sgdbake::encode::Format;
-use sgdbake::lut::{Depths, Quantity, Request};
 use sgdbake::scene::{Container, Export, Scene, Slot};
 
 /// Rebuilds the extension and its textures from `extras.sgd`, where a tool dropped or broke them.
@@ -32,11 +30,8 @@ pub struct Arguments {
     /// Take out the lookup textures of the extensions that are replaced
     #[arg(long)]
     prune: bool,
-    /// The masking function to store
-    #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
     #[command(flatten)]
-    extent: ExtentArguments,
+    textures: TextureArguments,
     #[command(flatten)]
     writing: Writing,
     /// Machine-readable report
@@ -65,18 +60,14 @@ struct MaterialReport<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
+    // A wrong ending is refused before anything is baked.
     Container::of(&arguments.output)?;
     let scene = read(&arguments.scene, output)?;
     let (indices, extras) = found(&scene, arguments)?;
-    let request = Request {
-        quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
-        masking: arguments.masking.into(),
-        extent: arguments.extent.into(),
-        depths: Depths::Smallest,
-    };
-    let assets = rebuild(&extras, &request, Format::Exr)?;
+    let assets = rebuild(&extras, &arguments.textures.into(), Format::Exr)?;
     let restored: Vec<(usize, &Asset)> = indices.iter().copied().zip(&assets).collect();
     let slots = scene.slots();
+    // Now, while the scene has no lookups but the old ones.
     let scene = match arguments.prune {
         true => scene.without_lookups(&indices.into_iter().collect())?,
         false => scene,
@@ -115,10 +106,10 @@ fn report(
     export: &Export,
     output: &mut Output,
 ) -> Result<(), Failure> {
-    let asset = |index: usize| restored.iter().find(|(restored, _)| *restored == index);
     let materials = slots.iter().filter_map(|slot| {
         let index = slot.id.index()?;
-        let restored = asset(index).map(|(_, asset)| &*asset.material.parameters.name);
+        let restored = restored.iter().find(|(restored, _)| *restored == index);
+        let restored = restored.map(|(_, asset)| &*asset.material.parameters.name);
         Some(MaterialReport { slot: slot.label(), index, restored })
     });
     let report = Report {

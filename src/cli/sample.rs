@@ -3,11 +3,11 @@
 use clap::ValueEnum;
 use serde::Serialize;
 
-use crate::cli::evaluator::MaskingChoice;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection::{Direction, Materials};
 use crate::cli::terminal::name;
+use sgdbake::brdf::MaskingKind;
 use sgdbake::brdf::sampler::Strategy;
 use sgdbake::material::{Channel, Material};
 use sgdbake::report::estimate::{Estimate, Estimator, estimate};
@@ -35,7 +35,7 @@ pub struct Arguments {
     strategy: StrategyChoice,
     /// The masking function
     #[arg(long, value_enum, default_value_t)]
-    masking: MaskingChoice,
+    masking: MaskingKind,
     /// Start of the random numbers; equal seeds give equal results
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
@@ -95,7 +95,7 @@ fn print(
 ) -> Result<(), Failure> {
     let Arguments { masking, n, strategy, seed, .. } = *arguments;
     let wo = arguments.wo.0;
-    let [r, g, b] = estimate(material, masking.into(), strategy.into(), wo, n, seed);
+    let [r, g, b] = estimate(material, masking, strategy.into(), wo, n, seed);
     if arguments.json {
         let material = &material.name;
         let schema = "sgdbake/sample/1";

@@ -13,9 +13,10 @@ use crate::cli::input::check_text;
 use crate::cli::measured;
 use crate::cli::output::Output;
 use sgdbake::asset::{Measured, Subject};
+use sgdbake::brdf::MaskingKind;
 use sgdbake::fit::gltf_measured;
 use sgdbake::fit::sgd::Energy;
-use sgdbake::lut::Extent;
+use sgdbake::lut::{Depths, Extent, Quantity, Request};
 use sgdbake::material::{Edition, Material, MaterialFileError, find, load, named, refit_of};
 use sgdbake::math::direction::normalised;
 use sgdbake::report::surface::{Surface, SurfaceFit};
@@ -36,6 +37,27 @@ pub struct ExtentArguments {
     /// Texels along each axis that is not a row, 2 to 16384, in place of a tolerance
     #[arg(long, value_name = "N")]
     size: Option<usize>,
+}
+
+/// The lookup textures of the extension.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct TextureArguments {
+    /// The masking function to store
+    #[arg(long, value_enum, default_value_t)]
+    masking: MaskingKind,
+    #[command(flatten)]
+    extent: ExtentArguments,
+}
+
+impl From<TextureArguments> for Request {
+    fn from(TextureArguments { masking, extent }: TextureArguments) -> Self {
+        Self {
+            quantities: vec![Quantity::Ndf, Quantity::Masking, Quantity::Fresnel],
+            masking,
+            extent: extent.into(),
+            depths: Depths::Smallest,
+        }
+    }
 }
 
 impl From<ExtentArguments> for Extent {
@@ -93,6 +115,7 @@ pub fn chosen(name: &str, output: &Output) -> Result<Chosen, Failure> {
         return Ok(Chosen::fitted(path, &surface, fit));
     }
     let material = material(name, output)?;
+    // As in `material`, a catalogue name goes before a file of that name.
     let is_file = named(name).is_err() && path.is_file();
     let text = is_file.then(|| std::fs::read_to_string(path).ok()).flatten();
     let measured = text.and_then(|text| Measured::of_text(&text, &material));
@@ -104,7 +127,8 @@ pub fn chosen(name: &str, output: &Output) -> Result<Chosen, Failure> {
 ///
 /// # Errors
 ///
-/// Neither: the nearest names. A file that cannot be read or is not a material: file, line and key.
+/// A name that is none of these: the nearest names. A file that cannot be read or is not a
+/// material: file, line and key.
 pub fn material(name: &str, output: &Output) -> Result<Material, Failure> {
     let unknown = match named(name) {
         Ok(material) => return Ok(material.clone()),
@@ -114,6 +138,7 @@ pub fn material(name: &str, output: &Output) -> Result<Material, Failure> {
     if measured::is_named_so(path) {
         return Ok(measured::fitted(path, output)?.1.material);
     }
+    // What looks like a path fails as a file that is missing, the rest as an unknown name.
     if path.exists() || name.contains(std::path::MAIN_SEPARATOR) || name.ends_with(".toml") {
         check_text(path)?;
         return load(path).map_err(Failure::from);
@@ -181,6 +206,7 @@ pub fn note_far_fits<'a>(materials: impl IntoIterator<Item = &'a Material>, outp
     for material in materials {
         let Ok(published) = find(&material.name) else { continue };
         let Some(refit) = refit_of(&material.name) else { continue };
+        // A material file may bear a catalogue name with other parameters.
         if published.material == *material && refit.published_delta_e > FAR {
             output.note(format_args!(
                 "note: the published fit of {} is {:.1} ΔE2000 from the measured surface; {} is {:.1}",
@@ -215,7 +241,7 @@ pub struct Subjects {
 }
 
 impl Subjects {
-    /// The paths that the names may be.
+    /// The arguments as paths, as each may name a file that is read.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.material.iter().map(Path::new).chain(self.measured.iter().map(PathBuf::as_path))
     }
@@ -251,7 +277,7 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// The paths that the names may be.
+    /// The arguments as paths, as each may name a file that is read.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.material.iter().map(Path::new)
     }

@@ -13,15 +13,15 @@ use crate::cli::selection::{Chosen, Subjects};
 use crate::cli::view::{balls, editions};
 use sgdbake::material::Material;
 use sgdbake::preview::Environment;
-use sgdbake::report::sheet::{Page, measured_page, page};
-use sgdbake::report::sheet_page::index;
+use sgdbake::report::sheet::Sheet;
+use sgdbake::report::sheet_page::{Page, index};
 use sgdbake::report::view;
 
 /// Writes the sheet of each material: parameters, pictures of the material and of its best fits
 /// with the differences, lobes, distribution, Fresnel, masking, albedo and audit.
 ///
-/// Of a measurement, every model is fitted to it and compared with it. The sheets link to view.html,
-/// which shows the materials as 'sgdbake view' does.
+/// Of a measurement, every model is fitted to it and compared with it. The sheets link to
+/// view.html, which shows the materials as 'sgdbake view' does.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example:\n  sgdbake sheet --material alum-bronze --material chrome -o sheets\n  sgdbake sheet --measured paint.binary -o sheets"
@@ -46,9 +46,8 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let names: Vec<String> =
         materials.iter().map(|material| material.name.clone()).chain(measured).collect();
     let files = file_names(names.iter().map(String::as_str), ["", ".html"], &[INDEX, view::FILE]);
-    let path = |file: &str| arguments.output.join(file);
     let names = files.iter().map(String::as_str).chain([view::FILE, INDEX]);
-    let paths: Vec<PathBuf> = names.map(path).collect();
+    let paths: Vec<PathBuf> = names.map(|file| arguments.output.join(file)).collect();
     let inputs: Vec<&Path> =
         arguments.subjects.inputs().chain(arguments.environment.as_deref()).collect();
     arguments.writing.check(paths.iter().map(PathBuf::as_path), &inputs)?;
@@ -72,35 +71,39 @@ fn write(
     let environment =
         arguments.environment.as_deref().map_or_else(|| Ok(Environment::studio()), environment)?;
     let bar = output.progress(files.len() as u64, "sheets");
-    let write = |file: &str, html: &str| {
-        let file = NewFile::of_bytes(arguments.output.join(file), html);
-        arguments.writing.write_all(&[file], &[])
-    };
-    let finished = |(material, file): (&Material, &String)| {
-        let page = page(material, &environment).map_err(Failure::job)?;
-        write(file, &page.html)?;
+    let (of_materials, of_measurements) = files.split_at(materials.len());
+    let pages = materials.par_iter().zip(of_materials).map(|(material, file)| {
+        let page = Page::of(&Sheet::new(material, &environment)).map_err(Failure::job)?;
+        arguments.write_page(file, &page.html)?;
         bar.inc(1);
         Ok(page)
-    };
-    let (of_materials, of_measurements) = files.split_at(materials.len());
-    let mut pages: Vec<Page> =
-        materials.par_iter().zip(of_materials).map(finished).collect::<Result<_, Failure>>()?;
+    });
+    let mut pages: Vec<Page> = pages.collect::<Result<_, Failure>>()?;
     let mut shown: Vec<Chosen> =
         materials.iter().flat_map(|material| editions(material.clone().into())).collect();
     // One after the other: each may take as much memory as two of its files.
     for (path, file) in arguments.subjects.measured.iter().zip(of_measurements) {
         let (measurement, surface, fit) = measured::surface_and_fit(path)?;
         let measured = measurement.averaged();
-        let page = measured_page(&fit.material, &measured, &surface, &environment);
-        let page = page.map_err(Failure::job)?;
-        write(file, &page.html)?;
+        let sheet = Sheet::of_measurement(&fit.material, &measured, &surface, &environment);
+        let page = Page::of(&sheet).map_err(Failure::job)?;
+        arguments.write_page(file, &page.html)?;
         bar.inc(1);
         pages.push(page);
         shown.push(Chosen::fitted(path, &surface, fit));
     }
     bar.finish_and_clear();
+    // A page shows one measurement at most, so it has the fits alone.
     let view = balls(&shown, None)?;
     let file = NewFile::new(arguments.output.join(view::FILE), |file| view.write_to(file));
     arguments.writing.write_all(&[file], &[])?;
-    write(INDEX, &index(files.iter().map(String::as_str).zip(&pages)))
+    arguments.write_page(INDEX, &index(files.iter().map(String::as_str).zip(&pages)))
+}
+
+impl Arguments {
+    fn write_page(&self, file: &str, html: &str) -> Result<(), Failure> {
+        let file = NewFile::of_bytes(self.output.join(file), html);
+        // `run` has checked every path against the inputs.
+        self.writing.write_all(&[file], &[])
+    }
 }

@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use crate::cli::evaluator::{Evaluation, Evaluator};
+use crate::cli::evaluator::{Evaluated, Evaluation, columns};
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::selection::Materials;
 use crate::cli::terminal::name;
 use sgdbake::brdf::LobeCurves;
-use sgdbake::material::{Channel, Material};
+use sgdbake::material::Channel;
 
 /// Prints the factors of the model against an angle: D and G1 at θ, the Fresnel factor at θd = θ.
 #[derive(Debug, clap::Args)]
@@ -32,13 +32,13 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Line<'a> {
     schema: &'static str,
-    /// Of several materials.
+    /// Only where there are several materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'a str>,
     theta_deg: f64,
     #[serde(flatten)]
     channels: Option<Channels>,
-    /// Of a material where more than one lobe colours a channel.
+    /// Only for a material in which more than one lobe colours a channel.
     #[serde(skip_serializing_if = "Option::is_none")]
     lobes: Option<&'a [LobeCurves]>,
 }
@@ -46,14 +46,14 @@ struct Line<'a> {
 /// The factors of the lobe that alone colours each channel.
 #[derive(Clone, Copy, Serialize)]
 struct Channels {
-    r: Factors,
-    g: Factors,
-    b: Factors,
+    r: CurveFactors,
+    g: CurveFactors,
+    b: CurveFactors,
 }
 
 /// The factors of a lobe in one colour.
 #[derive(Clone, Copy, Serialize)]
-struct Factors {
+struct CurveFactors {
     ndf: f64,
     lambda: f64,
     g1: f64,
@@ -64,7 +64,7 @@ impl Channels {
     fn of(lobes: &[LobeCurves], of_channel: [usize; 3]) -> Self {
         let [r, g, b] = [0, 1, 2].map(|c| {
             let LobeCurves { ndf, lambda, g1, fresnel } = lobes[of_channel[c]];
-            Factors { ndf, lambda, g1, fresnel: fresnel[c] }
+            CurveFactors { ndf, lambda, g1, fresnel: fresnel[c] }
         });
         Self { r, g, b }
     }
@@ -73,36 +73,30 @@ impl Channels {
 /// Runs the command.
 pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let materials = arguments.materials.load(output)?;
-    // One material needs no name, as the caller gave it.
-    let named = materials.len() > 1;
-    materials.iter().try_for_each(|material| print(arguments, material, named, output))
+    let evaluated = arguments.evaluation.of_all(&materials);
+    evaluated.iter().try_for_each(|evaluated| print(arguments, evaluated, output))
 }
 
 fn print(
     arguments: &Arguments,
-    material: &Material,
-    named: bool,
+    evaluated: &Evaluated<'_>,
     output: &mut Output,
 ) -> Result<(), Failure> {
-    let evaluator = arguments.evaluation.of(material);
     if !arguments.json {
-        if named {
-            output.line(name(&material.name))?;
+        if let Some(named) = evaluated.name {
+            output.line(name(named))?;
         }
-        output.line(match material.channel_lobes() {
+        output.line(match evaluated.material.channel_lobes() {
             Some(_) => "theta_deg channel          ndf       lambda           g1      fresnel",
             None => "theta_deg lobe             ndf       lambda           g1    fresnel r    fresnel g    fresnel b",
         })?;
     }
-    arguments.theta_deg.iter().try_for_each(|theta| {
-        print_angle(material, named, &evaluator, *theta, arguments.json, output)
-    })
+    let angles = arguments.theta_deg.iter();
+    angles.copied().try_for_each(|theta| print_angle(evaluated, theta, arguments.json, output))
 }
 
 fn print_angle(
-    material: &Material,
-    named: bool,
-    evaluator: &Evaluator,
+    Evaluated { material, name, evaluator }: &Evaluated<'_>,
     theta_deg: f64,
     json: bool,
     output: &mut Output,
@@ -111,24 +105,20 @@ fn print_angle(
     let channels = material.channel_lobes().map(|of| Channels::of(&lobes, of));
     if json {
         let lobes = channels.is_none().then_some(&lobes[..]);
-        let material = named.then_some(material.name.as_str());
-        let schema = "sgdbake/slice/1";
+        let (schema, material) = ("sgdbake/slice/1", *name);
         return output.json(&Line { schema, material, theta_deg, channels, lobes });
     }
-    let mut line = |name: &str, numbers: &[f64]| {
-        let columns: Vec<String> = numbers.iter().map(|n| format!("{n:>12.6e}")).collect();
-        output.line(format!("{theta_deg:>9} {name:<7} {}", columns.join(" ")))
-    };
     if let Some(Channels { r, g, b }) = channels {
-        for (channel, Factors { ndf, lambda, g1, fresnel }) in
-            Channel::ALL.into_iter().zip([r, g, b])
-        {
-            line(channel.name(), &[ndf, lambda, g1, fresnel])?;
+        let channels = Channel::ALL.into_iter().zip([r, g, b]);
+        for (channel, CurveFactors { ndf, lambda, g1, fresnel }) in channels {
+            let start = format!("{theta_deg:>9} {:<7}", channel.name());
+            output.line(columns(&start, &[ndf, lambda, g1, fresnel]))?;
         }
         return Ok(());
     }
     for (j, LobeCurves { ndf, lambda, g1, fresnel: [r, g, b] }) in lobes.iter().enumerate() {
-        line(&(j + 1).to_string(), &[*ndf, *lambda, *g1, *r, *g, *b])?;
+        let start = format!("{theta_deg:>9} {:<7}", j + 1);
+        output.line(columns(&start, &[*ndf, *lambda, *g1, *r, *g, *b]))?;
     }
     Ok(())
 }

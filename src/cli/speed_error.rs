@@ -64,6 +64,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
     let bar = output.progress(materials.len() as u64, "materials");
     let reports: Vec<SpeedError> = materials
         .iter()
+        // One after the other: they are timed.
         .map(|material| speed_error(material, effort))
         .inspect(|_| bar.inc(1))
         .collect::<Result<_, _>>()

@@ -5,11 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::cli::evaluator::MaskingChoice;
 use crate::cli::failure::Failure;
 use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
-use crate::cli::preview::ModelChoice;
 use crate::cli::selection;
 use sgdbake::brdf::{MaskingKind, Reflectance, SgdBrdf};
 use sgdbake::encode::GENERATOR;
@@ -37,10 +35,10 @@ pub struct Arguments {
     output: PathBuf,
     /// The model of the material to store
     #[arg(long, value_enum, default_value_t, conflicts_with = "measured")]
-    model: ModelChoice,
+    model: Model,
     /// The masking function of the model 'sgd'
     #[arg(long, value_enum, default_value_t, conflicts_with = "measured")]
-    masking: MaskingChoice,
+    masking: MaskingKind,
     #[command(flatten)]
     writing: Writing,
     /// Machine-readable report
@@ -67,7 +65,7 @@ struct Report<'a> {
     dry_run: bool,
     path: &'a Path,
     format: Format,
-    /// None of a dry run, or where nothing reflects.
+    /// `None` in a dry run, or where nothing reflects.
     error: Option<Deviation>,
 }
 
@@ -89,6 +87,7 @@ pub fn run(arguments: &Arguments, output: &mut Output) -> Result<(), Failure> {
         let table = tabulate(format, &name, reflectance.as_ref(), output);
         let file = NewFile::new(&arguments.output, |file| {
             let mut writer = io::BufWriter::new(file);
+            // Dropping the writer instead would lose an error of its last write.
             table.write_to(&mut writer).and_then(|()| io::Write::flush(&mut writer))
         });
         arguments.writing.write_all(&[file], &inputs)?;
@@ -125,8 +124,8 @@ fn source(
     }
     let name = arguments.source.material.as_deref().unwrap_or_default();
     let material = selection::material(name, output)?;
-    let reflectance: Box<dyn Reflectance> = match arguments.model.into() {
-        Model::Sgd => Box::new(exact(&material, arguments.masking.into())),
+    let reflectance: Box<dyn Reflectance> = match arguments.model {
+        Model::Sgd => Box::new(exact(&material, arguments.masking)),
         model => model.reflectance(&material)?,
     };
     Ok((material.name, reflectance))
@@ -151,12 +150,14 @@ impl Arguments {
 fn tabulate(format: Format, name: &str, reflectance: &dyn Reflectance, output: &Output) -> Table {
     let steps = if format == Format::Merl { merl::SIZE[0] } else { INCIDENCES };
     let bar = output.progress(steps as u64, "tabulate");
-    let step = || bar.inc(1);
-    let table = if format == Format::Merl {
-        Table::Merl(Merl::tabulate(reflectance, &step))
-    } else {
-        let description = format!("{name}, written by {GENERATOR}");
-        Table::Rgl(Box::new(Rgl::tabulate(&Filled(reflectance), description, &step)))
+    let table = match format {
+        Format::Merl => Table::Merl(Merl::tabulate(reflectance, &|| bar.inc(1))),
+        // `Rgl::tabulate` would store 0 for pairs without a value; MERL has a mark for them.
+        _ => {
+            let description = format!("{name}, written by {GENERATOR}");
+            let filled = Filled(reflectance);
+            Table::Rgl(Box::new(Rgl::tabulate(&filled, description, &|| bar.inc(1))))
+        }
     };
     bar.finish_and_clear();
     table

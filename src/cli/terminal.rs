@@ -3,10 +3,11 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-/// Returns whether a terminal may act on a character instead of showing it: control characters, and those
-/// that turn the direction of writing.
+/// Returns whether a terminal may act on a character instead of showing it: control characters, and
+/// those that turn the direction of writing.
 fn acts(c: char) -> bool {
     c.is_control()
+        // Marks, embeddings, overrides and isolates of the Unicode bidirectional algorithm.
         || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 

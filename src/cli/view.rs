@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use crate::cli::export::unreadable;
 use crate::cli::failure::Failure;
 use crate::cli::measured;
 use crate::cli::output::{NewFile, Output, Writing};
+use crate::cli::scene_file::unreadable;
 use crate::cli::selection::{Chosen, MaterialParser, chosen};
 use sgdbake::asset::{Asset, EXTENSION, Subject, build_with_progress};
 use sgdbake::encode::Format;
@@ -116,13 +116,18 @@ pub fn balls(
     shown: &[Chosen],
     measurement: Option<(Caption, MeasuredTable)>,
 ) -> Result<View, Failure> {
-    let earlier = |index: usize| shown[..index].iter().map(|chosen| &chosen.material);
-    let first = |index: &usize| !earlier(*index).any(|known| *known == shown[*index].material);
-    let shown: Vec<&Chosen> = (0..shown.len()).filter(first).map(|index| &shown[index]).collect();
-    let assets = assets(&shown)?;
-    let names: Vec<&str> = shown.iter().map(|chosen| chosen.material.name.as_str()).collect();
+    let mut once: Vec<&Chosen> = Vec::new();
+    for chosen in shown {
+        // The editions of two arguments may be the same, as for `chrome` and `chrome@refit`.
+        if !once.iter().any(|known| known.material == chosen.material) {
+            once.push(chosen);
+        }
+    }
+    let assets = assets(&once)?;
+    let names: Vec<&str> = once.iter().map(|chosen| chosen.material.name.as_str()).collect();
     let scene = Scene::balls(BALL_ROWS, &names)?;
     let slots: Vec<(SlotId, &Asset)> =
+        // `Scene::balls` gives each ball the material at its own index.
         assets.iter().enumerate().map(|(index, asset)| (SlotId::Material(index), asset)).collect();
     Ok(View {
         title: title(&names),
@@ -136,7 +141,7 @@ pub fn balls(
 /// Rows of quads on a ball.
 const BALL_ROWS: u16 = 64;
 
-/// What the two sides of the line are.
+/// The note on the two sides of the line.
 const NOTE: &str = "Exact on the left of the line, the glTF material on the right";
 
 /// The materials without textures, which the page does not read.
@@ -144,6 +149,7 @@ fn assets(shown: &[&Chosen]) -> Result<Vec<Asset>, Failure> {
     let request = Request {
         quantities: Vec::new(),
         masking: Default::default(),
+        // The smallest size that is accepted; without quantities nothing is baked.
         extent: Extent::Size(2),
         depths: Depths::Smallest,
     };
@@ -166,12 +172,14 @@ fn title(names: &[&str]) -> String {
 
 fn caption(asset: &Asset) -> Caption {
     let name = &asset.material.parameters.name;
-    let catalogue = |edition: Edition| edition.materials().any(|material| material.name == *name);
-    let kind = match () {
-        () if catalogue(Edition::Published) => "published fit",
-        () if catalogue(Edition::Refit) => "refit",
-        () => "fit",
-    };
+    let mut editions = [Edition::Published, Edition::Refit].into_iter();
+    let kind =
+        // An edition finds its material by the name of either, so the names are compared.
+        match editions.find(|edition| edition.material(name).is_some_and(|m| m.name == *name)) {
+            Some(Edition::Published) => "published fit",
+            Some(Edition::Refit) => "refit",
+            None => "fit",
+        };
     let surface = asset.material.error.as_ref().map(|error| error.delta_e);
     Caption { title: name.clone(), note: kind.to_owned(), surface }
 }
@@ -239,6 +247,7 @@ fn check_measured(scene: &Scene, path: &Path, output: &Output) -> Result<usize, 
             Err(error) => broken.push(format!("materials[{index}]: {error}")),
         }
     }
+    // One readable material is enough for a page; without any, the first reason is the failure.
     if whole > 0 {
         broken.iter().for_each(|error| output.note(format_args!("warning: {error}")));
         return Ok(whole);

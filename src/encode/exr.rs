@@ -24,6 +24,7 @@ use crate::lut::{Table, Texels};
 #[must_use]
 pub fn encode(table: &Table) -> Option<Vec<u8>> {
     let mut attributes = LayerAttributes::named("");
+    // A flat file has channels R, G, B and no layer to name.
     attributes.layer_name = None;
     attributes.software_name = Some(GENERATOR.into());
     let entry = TextureEntry::of_file(table, Format::Exr).to_json();
@@ -56,6 +57,7 @@ fn written<S: IntoSample>(
     bytes: usize,
 ) -> Vec<u8> {
     let channels = SpecificChannels::build()
+        // OpenEXR lists channels in alphabetical order.
         .with_channel("B")
         .with_channel("G")
         .with_channel("R")
@@ -64,6 +66,7 @@ fn written<S: IntoSample>(
             (b, g, r)
         });
     let layer = Layer::new(size, attributes, encoding, channels);
+    // Room for the header, and for the offset and the head of each scanline.
     let mut bytes = Cursor::new(Vec::with_capacity(bytes + bytes / 32 + (1 << 16)));
     Image::from_layer(layer)
         .write()
@@ -91,6 +94,7 @@ pub fn entry(bytes: &[u8]) -> Result<Option<String>> {
         _ => None,
     });
     let entry = entries.next();
+    // To the end of the last block, so that a file cut short is an error.
     reader.all_chunks(false)?.try_for_each(|chunk| chunk.map(drop))?;
     Ok(entry)
 }

@@ -83,13 +83,12 @@ pub fn encode(table: &Table, format: Format) -> Result<Vec<u8>, UnsupportedDepth
 /// Another kind of file, a damaged one, or one without an entry.
 pub fn read_entry(bytes: &[u8]) -> Result<TextureEntry, EntryError> {
     let format = Format::of(bytes).ok_or(EntryError::UnknownFormat)?;
-    let damaged =
-        |reason: &dyn std::fmt::Display| EntryError::Damaged { format, reason: reason.to_string() };
     let entry = match format {
-        Format::Exr => exr::entry(bytes).map_err(|error| damaged(&error))?,
-        Format::Ktx2 => ktx2::entry(bytes).map_err(|error| damaged(&error))?,
-        Format::Png => png::entry(bytes).map_err(|error| damaged(&error))?,
+        Format::Exr => exr::entry(bytes).map_err(|error| error.to_string()),
+        Format::Ktx2 => ktx2::entry(bytes).map_err(|error| error.to_string()),
+        Format::Png => png::entry(bytes).map_err(|error| error.to_string()),
     };
+    let entry = entry.map_err(|reason| EntryError::Damaged { format, reason })?;
     let entry = entry.ok_or(EntryError::Missing(format))?;
     TextureEntry::from_json(&entry)
         .map_err(|error| EntryError::Invalid { format, reason: error.to_string() })

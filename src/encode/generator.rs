@@ -13,6 +13,7 @@ const LARGEST: usize = 16 << 20;
 /// The program that an EXR, KTX 2 or PNG file names as its writer; `None` for another kind of file,
 /// one that names none, or a damaged one. Texels are not read.
 pub fn generator_of(mut file: impl BufRead + Seek) -> Option<String> {
+    // The longest signature, that of KTX 2.
     let mut start = [0; 12];
     file.read_exact(&mut start).ok()?;
     file.rewind().ok()?;
@@ -33,6 +34,7 @@ fn of_ktx2(mut file: impl BufRead + Seek) -> Option<String> {
     let mut head = [0; Header::LENGTH];
     file.read_exact(&mut head).ok()?;
     let index = Header::from_bytes(&head).ok()?.index;
+    // The header may claim anything; no more than LARGEST is read.
     let length = usize::try_from(index.kvd_byte_length).ok().filter(|n| *n <= LARGEST)?;
     file.seek(std::io::SeekFrom::Start(index.kvd_byte_offset.into())).ok()?;
     let mut pairs = Vec::new();
@@ -44,6 +46,7 @@ fn of_ktx2(mut file: impl BufRead + Seek) -> Option<String> {
 fn of_png(file: impl BufRead + Seek) -> Option<String> {
     let decoder = Decoder::new_with_limits(file, Limits { bytes: LARGEST });
     let reader = decoder.read_info().ok()?;
+    // The chunk that `png::encode` writes ahead of the texels.
     let mut texts = reader.info().uncompressed_latin1_text.iter();
     texts.find(|text| text.keyword == "Software").map(|text| text.text.clone())
 }

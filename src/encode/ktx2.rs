@@ -1,7 +1,7 @@
 //! KTX 2: one level, uncompressed, `R16G16B16A16_SFLOAT` or `R32G32B32A32_SFLOAT`, 2D or 3D.
 //!
 //! The key `sgdbake` holds the table's entry. Alpha is 1. No crate writes the container,
-//! so its layout stands here (Khronos, KTX File Format Specification 2.0).
+//! so it is laid out here (Khronos, KTX File Format Specification 2.0).
 
 use half::f16;
 use ktx2::{Header, KeyValueDataIterator, LevelIndex, ParseError};
@@ -28,12 +28,17 @@ pub fn encode(table: &Table) -> Option<Vec<u8>> {
     let key_values = key_values(table);
     let level_bytes = table.texels.len() * 4 * channel_bytes as usize;
     let key_values_at = HEAD_BYTES + descriptor.len();
+    // A level starts at a multiple of its texels' bytes.
     let level_at = (key_values_at + key_values.len()).next_multiple_of(4 * channel_bytes as usize);
+    // 0 marks a 2D texture.
     let depth = table.size.get(2).map_or(0, |depth| *depth as u32);
     let mut bytes = Vec::with_capacity(level_at + level_bytes);
     bytes.extend(ktx2::MAGIC);
+    // vkFormat, typeSize, width, height, depth, layers (0: no array), faces, levels,
+    // supercompression (0: none).
     let header =
         [format, channel_bytes, table.size[0] as u32, table.size[1] as u32, depth, 0, 1, 1, 0];
+    // Offset and length of the data format descriptor and of the keys and values.
     let index = [HEAD_BYTES, descriptor.len(), key_values_at, key_values.len()].map(|n| n as u32);
     for word in header.into_iter().chain(index) {
         bytes.extend(word.to_le_bytes());
@@ -58,6 +63,7 @@ pub fn encode(table: &Table) -> Option<Vec<u8>> {
 pub fn entry(bytes: &[u8]) -> Result<Option<String>, ParseError> {
     let (head, _) = bytes.split_first_chunk().ok_or(ParseError::UnexpectedEnd)?;
     let Header { index, level_count, .. } = Header::from_bytes(head)?;
+    // A level count of 0 asks a reader to make mipmaps: one level is stored all the same.
     let levels = (level_count.max(1) as usize).saturating_mul(LevelIndex::LENGTH);
     let levels = section(bytes, Header::LENGTH as u64, levels as u64)?;
     for level in levels.as_chunks().0.iter().map(LevelIndex::from_bytes) {
@@ -80,6 +86,8 @@ fn data_format_descriptor(channel_bytes: u32) -> Vec<u8> {
     const RGBSDA_BT709_LINEAR: u32 = 1 | 1 << 8 | 1 << 16;
     const FLOAT_SIGNED: u32 = 0xC0;
     let block_bytes = 24 + 4 * 16;
+    // Total size; Khronos, basic format; version and block size; model (RGBSDA), primaries and
+    // transfer function; a block of one texel; bytes of plane 0, of the planes after it none.
     let mut words = vec![
         4 + block_bytes,
         0,
@@ -89,8 +97,10 @@ fn data_format_descriptor(channel_bytes: u32) -> Vec<u8> {
         4 * channel_bytes,
         0,
     ];
+    // A sample each: red, green, blue, and 15 for alpha.
     for (i, channel) in [0, 1, 2, 15].into_iter().enumerate() {
         let bits = 8 * channel_bytes;
+        // Bit offset, length − 1, channel with its type; place in the block; range −1 to 1.
         words.push((i as u32 * bits) | ((bits - 1) << 16) | (channel | FLOAT_SIGNED) << 24);
         words.extend([0, (-1f32).to_bits(), 1f32.to_bits()]);
     }
@@ -116,10 +126,12 @@ fn key_values(table: &Table) -> Vec<u8> {
 fn append_texels(bytes: &mut Vec<u8>, texels: &Texels) {
     match texels {
         Texels::Half(texels) => {
+            // In pieces, so that no second copy of a large level is held.
             for texels in texels.chunks(1 << 12) {
-                let rgba =
-                    |[r, g, b]: &[f16; 3]| [*r, *g, *b, f16::ONE].map(|t| t.to_bits().to_le());
-                let rgba: Vec<[u16; 4]> = texels.iter().map(rgba).collect();
+                let rgba: Vec<[u16; 4]> = texels
+                    .iter()
+                    .map(|[r, g, b]| [*r, *g, *b, f16::ONE].map(|t| t.to_bits().to_le()))
+                    .collect();
                 bytes.extend_from_slice(bytemuck::cast_slice(&rgba));
             }
         }

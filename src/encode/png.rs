@@ -21,6 +21,7 @@ use crate::lut::{Table, Texels};
 #[must_use]
 pub fn encode(table: &Table) -> Option<Vec<u8>> {
     let Texels::Unorm16 { codes, .. } = &table.texels else { return None };
+    // PNG is big-endian.
     let codes: Vec<u8> = codes.iter().flatten().flat_map(|code| code.to_be_bytes()).collect();
     Some(write(table, &codes).expect("a complete image written to memory"))
 }
@@ -35,6 +36,7 @@ pub fn entry(bytes: &[u8]) -> Result<Option<String>, DecodingError> {
     const LARGEST: usize = 16 << 20;
     let decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: LARGEST });
     let mut reader = decoder.read_info()?;
+    // To the end: text may follow the image, and a file cut short must be an error.
     reader.finish()?;
     let text = reader.info().utf8_text.iter().find(|text| text.keyword == KEY);
     let Some(mut text) = text.cloned() else { return Ok(None) };
@@ -51,6 +53,7 @@ fn write(table: &Table, codes: &[u8]) -> Result<Vec<u8>, EncodingError> {
     encoder.set_depth(BitDepth::Sixteen);
     encoder.set_compression(Compression::Fast);
     encoder.add_text_chunk("Software".to_owned(), GENERATOR.to_owned())?;
+    // iTXt is UTF-8: a material's name may be outside the Latin-1 of tEXt.
     encoder.add_itxt_chunk(KEY.to_owned(), entry.to_json())?;
     let mut writer = encoder.write_header()?;
     writer.write_image_data(codes)?;

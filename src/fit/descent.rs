@@ -19,26 +19,30 @@ pub fn lowest(
     starts: Vec<DVector<f64>>,
     bounds: &Bounds,
 ) -> Minimum {
+    // Few of the starts are followed with the fine equations, which cost several times as much.
     let mut found: Vec<Minimum> =
         starts.iter().map(|start| minimise(&rough, start, bounds, ROUGH)).collect();
     found.sort_by(|a, b| a.squares.total_cmp(&b.squares));
     found.truncate(FOLLOWED);
+    // The order of the rough minima is not that of the fine ones: several are followed.
     let ends = found.iter().map(|start| further(&fine, &start.x, bounds, FINE));
     let best = ends.min_by(|a, b| a.squares.total_cmp(&b.squares));
+    // Without a start, any point of the box will do.
     best.unwrap_or_else(|| further(&fine, &bounds.lower, bounds, FINE))
 }
 
 /// Descends again and again from where a descent ends, until that lowers Σ r² by less than ten
-/// times `tolerance` of it: steps damped by a narrow valley end a descent early.
+/// times `tolerance` of it: a descent that damps its steps much ends early.
 pub fn further(
     equations: impl Fn(&DVector<f64>) -> NormalEquations,
     start: &DVector<f64>,
     bounds: &Bounds,
     tolerance: f64,
 ) -> Minimum {
-    const MOST: usize = 6;
+    const MAX_DESCENTS: usize = 6;
     let mut best = minimise(&equations, start, bounds, tolerance);
-    for _ in 0..MOST {
+    for _ in 0..MAX_DESCENTS {
+        // A new descent starts with the small damping that the last one had given up.
         let next = minimise(&equations, &best.x, bounds, tolerance);
         let gain = best.squares - next.squares;
         best = next;
@@ -50,7 +54,7 @@ pub fn further(
 }
 
 /// The equations of a model whose derivatives are differences over small steps inside `bounds`.
-/// `model` makes of unknowns what `f` evaluates at the pair of an index.
+/// `model` turns unknowns into a model, and `f` evaluates it at the pair of an index.
 pub fn by_steps<M>(
     target: &MeasuredTarget,
     x: &DVector<f64>,
@@ -58,9 +62,12 @@ pub fn by_steps<M>(
     model: impl Fn(&DVector<f64>) -> M,
     f: impl Fn(&M, usize) -> [f64; 3],
 ) -> NormalEquations {
+    // One step serves all unknowns: each is a logarithm or a share, at most of order 1.
     const STEP: f64 = 1e-5;
+    // Every moved model is made once; the pairs below only evaluate it.
     let moved: Vec<(f64, M)> = (0..x.len())
         .map(|k| {
+            // At the upper bound the step goes down: a model may not exist outside.
             let step = if x[k] + STEP > bounds.upper[k] { -STEP } else { STEP };
             let mut moved = x.clone();
             moved[k] += step;

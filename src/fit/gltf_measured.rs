@@ -42,31 +42,37 @@ const SMOOTHEST: f64 = 0.03;
 /// forms of five engines, so that none of them shows a surface far from the measured one.
 #[must_use]
 pub fn fit(target: &MeasuredTarget) -> GltfMeasuredFit {
-    let thin = Forms::of(target.thinned(THINNING));
-    let whole = Forms::of(target.clone());
-    let coated = bounds(1.0);
-    let rough = |x: &DVector<f64>| thin.equations(x, &coated);
-    let fine = |x: &DVector<f64>| whole.equations(x, &coated);
-    let best = lowest(rough, fine, starts(target), &coated);
-    let alone = |x: &DVector<f64>| thin.of_appendix_b(x, &coated);
-    let alone = lowest(alone, alone, starts(target), &coated);
-    let kicked = KICKS.iter().map(|kick| kick.of(&best.x)).chain([alone.x.clone()]).collect();
-    let again = lowest(rough, fine, kicked, &coated);
+    let [thin, whole] = [target.thinned(THINNING), target.clone()].map(Forms::of);
+    let best = nearest(&thin, &whole, starts(target));
+    // The best of one form alone leads to other local minima of the mean: one more start.
+    let alone = nearest_appendix_b(&thin, &thin, starts(target));
+    let kicked = KICKS.iter().map(|kick| kick.of(&best.x)).chain([alone.x]).collect();
+    // A kick may lead to a worse minimum than the one it left.
+    let again = nearest(&thin, &whole, kicked);
     let best = if again.squares < best.squares { again } else { best };
     let chosen = whole.without_idle_coat(best);
     let material = material(&chosen.x);
     GltfMeasuredFit { material, difference: whole.difference(&material) }
 }
 
-/// The best material as appendix B of the specification alone evaluates it: nearer there, and far in
-/// engines that share the light between base and lobe in another way.
+/// The best material as appendix B of the specification alone evaluates it: nearer there, and far
+/// in engines that share the light between base and lobe in another way.
 #[must_use]
 pub fn fit_appendix_b(target: &MeasuredTarget) -> GltfBrdf {
-    let coated = bounds(1.0);
     let [thin, whole] = [target.thinned(THINNING), target.clone()].map(Forms::of);
-    let rough = |x: &DVector<f64>| thin.of_appendix_b(x, &coated);
-    let fine = |x: &DVector<f64>| whole.of_appendix_b(x, &coated);
-    material(&lowest(rough, fine, starts(target), &coated).x)
+    material(&nearest_appendix_b(&thin, &whole, starts(target)).x)
+}
+
+/// The nearest in the mean of the forms that the starts lead to.
+fn nearest(rough: &Forms, fine: &Forms, starts: Vec<DVector<f64>>) -> Minimum {
+    let bounds = bounds(1.0);
+    lowest(|x| rough.equations(x, &bounds), |x| fine.equations(x, &bounds), starts, &bounds)
+}
+
+/// The nearest in appendix B alone that the starts lead to.
+fn nearest_appendix_b(rough: &Forms, fine: &Forms, starts: Vec<DVector<f64>>) -> Minimum {
+    let bounds = bounds(1.0);
+    lowest(|x| rough.of_appendix_b(x, &bounds), |x| fine.of_appendix_b(x, &bounds), starts, &bounds)
 }
 
 /// The bounds, a clear coat up to `coat`.
@@ -78,16 +84,17 @@ fn bounds(coat: f64) -> Bounds {
     Bounds { lower: DVector::from_column_slice(&lower), upper: DVector::from_column_slice(&upper) }
 }
 
+/// The factors of a solution.
 fn material(x: &DVector<f64>) -> GltfBrdf {
     let coated = x[COAT] > 0.0;
+    // A specular term below what 16 bits show is none, and its colour of no consequence.
     let visible = x[SPECULAR] > 1.0 / 65535.0;
-    let tint = |c: usize| if visible { x[F0 + c] / DIELECTRIC_F0 } else { 1.0 };
     GltfBrdf {
         base_color: std::array::from_fn(|c| x[BASE + c]),
         metallic: x[METALLIC],
         roughness: x[ROUGHNESS],
         specular_factor: if visible { x[SPECULAR] } else { 0.0 },
-        specular_color: std::array::from_fn(tint),
+        specular_color: [0, 1, 2].map(|c| if visible { x[F0 + c] / DIELECTRIC_F0 } else { 1.0 }),
         clearcoat: coated.then_some(x[COAT]),
         clearcoat_roughness: coated.then_some(x[COAT_ROUGHNESS]),
     }
@@ -141,16 +148,30 @@ impl Kick {
     }
 }
 
+/// The starts of the descents: [`STARTS`] with the surface's base colour outside its highlight.
 fn starts(target: &MeasuredTarget) -> Vec<DVector<f64>> {
     let base = target.typical().map(|f| (std::f64::consts::PI * f).clamp(0.01, 0.9));
-    let start = |[metallic, roughness, f0, coat_roughness]: [f64; 4]| {
-        let mut x = DVector::repeat(UNKNOWNS, f0);
-        (0..3).for_each(|c| x[BASE + c] = base[c]);
-        (x[METALLIC], x[ROUGHNESS], x[SPECULAR]) = (metallic, roughness, 0.9);
-        (x[COAT], x[COAT_ROUGHNESS]) = (0.1, coat_roughness);
-        x
-    };
-    STARTS.map(start).to_vec()
+    STARTS.map(|row| start(base, row)).to_vec()
+}
+
+/// The unknowns of a base colour and a row of [`STARTS`].
+fn start(base: [f64; 3], [metallic, roughness, f0, coat_roughness]: [f64; 4]) -> DVector<f64> {
+    let mut x = DVector::repeat(UNKNOWNS, f0);
+    (0..3).for_each(|c| x[BASE + c] = base[c]);
+    // A little coat from the start: the roughness of none has no slope.
+    (x[METALLIC], x[ROUGHNESS], x[SPECULAR]) = (metallic, roughness, 0.9);
+    (x[COAT], x[COAT_ROUGHNESS]) = (0.1, coat_roughness);
+    x
+}
+
+/// A pair as the engines' forms see it.
+fn pair_cosines(pair: &MeasuredPair) -> PairCosines {
+    PairCosines {
+        i: pair.cos_theta[0],
+        o: pair.cos_theta[1],
+        tan2_h: pair.tan2_theta_h,
+        d: pair.cos_theta_d,
+    }
 }
 
 /// A target and its pairs as the forms see them.
@@ -161,21 +182,17 @@ struct Forms {
 
 impl Forms {
     fn of(target: MeasuredTarget) -> Self {
-        let cosines = |pair: &MeasuredPair| PairCosines {
-            i: pair.cos_theta[0],
-            o: pair.cos_theta[1],
-            tan2_h: pair.tan2_theta_h,
-            d: pair.cos_theta_d,
-        };
-        Self { cosines: target.pairs.iter().map(cosines).collect(), target }
+        Self { cosines: target.pairs.iter().map(pair_cosines).collect(), target }
     }
 
     /// The mean of the forms' equations.
     fn equations(&self, x: &DVector<f64>, bounds: &Bounds) -> NormalEquations {
         let mut mean = self.of_appendix_b(x, bounds);
         for engine in Engine::ALL {
-            let of = |m: &GltfBrdf, i: usize| engine.eval(m, &self.cosines[i]);
-            let form = by_steps(&self.target, x, bounds, material, of);
+            // Each form's own errors count: reflectances averaged first would cancel them.
+            let form = by_steps(&self.target, x, bounds, material, |material, i| {
+                engine.eval(material, &self.cosines[i])
+            });
             mean.squares += form.squares;
             mean.gradient += form.gradient;
             mean.hessian += form.hessian;
@@ -192,23 +209,26 @@ impl Forms {
         by_steps(&self.target, x, bounds, material, |m, i| self.appendix_b(m, i))
     }
 
+    /// f at the pair of an index, as appendix B evaluates it.
     fn appendix_b(&self, material: &GltfBrdf, i: usize) -> [f64; 3] {
         let pair = &self.target.pairs[i];
         material.eval(pair.wi, pair.wo)
     }
 
+    /// The mean ΔE over the ball, in the mean of the forms.
     fn difference(&self, material: &GltfBrdf) -> f64 {
         let appendix_b = self.target.picture_difference(|i| self.appendix_b(material, i));
-        let of = |engine: Engine| {
+        let engines = Engine::ALL.into_iter().map(|engine| {
             self.target.picture_difference(|i| engine.eval(material, &self.cosines[i]))
-        };
-        let engines: f64 = Engine::ALL.into_iter().map(of).sum();
+        });
+        let engines: f64 = engines.sum();
         (appendix_b + engines) / (1 + Engine::ALL.len()) as f64
     }
 
     /// The best without a coat where that is nearly as near.
     fn without_idle_coat(&self, coated: Minimum) -> Minimum {
         let bounds = bounds(0.0);
+        // The upper bound 0 takes the coat away and lets the other factors make up for it.
         let plain = further(|x| self.equations(x, &bounds), &coated.x, &bounds, 1e-5);
         if coated.squares < WORTHWHILE * plain.squares { coated } else { plain }
     }

@@ -75,8 +75,8 @@ pub struct MeasuredTarget {
 )]
 pub struct NothingMeasured;
 
-/// Suns that light the ball, in degrees from the viewer. None is within 2° of the suns by which fits
-/// are judged.
+/// Suns that light the ball, in degrees from the viewer. None is within 2° of the suns by which
+/// fits are judged.
 const SUNS: [f64; 12] =
     [3.0, 18.0, 32.0, 46.0, 61.0, 76.0, 90.0, 104.0, 119.0, 133.0, 148.0, 162.0];
 /// Pixels across the ball.
@@ -88,13 +88,14 @@ const LIT: f64 = 0.05;
 
 /// The share of the pairs about the mirror direction.
 const HIGHLIGHT_SHARE: f64 = 0.06;
-/// tan²θh that their nodes start from, (0.2°)², and reach to, 40°.
+/// tan²θh at which the logarithmic spacing of their nodes sets in, (0.2°)², and the largest, 40°.
 const FINEST: f64 = 1.2e-5;
 const WIDEST: f64 = 0.7;
 /// Nodes in θh, θd and φd.
 const HIGHLIGHT_NODES: [usize; 3] = [16, 5, 2];
-/// Share of a right angle over which θd is spread. The last node is 79°: measurements beyond 80° are
-/// mostly noise, and a lobe that none holds there may be ten times too bright.
+/// Share of the largest θd, 90° at the mirror direction, over which the nodes are spread. The last
+/// is then 79°: measurements beyond 80° are mostly noise, and where no node holds a narrow lobe it
+/// may come out ten times too bright.
 const DIFFERENCE_RANGE: f64 = 0.925;
 
 /// The ΔE up to which an error counts by its square.
@@ -116,6 +117,7 @@ impl MeasuredTarget {
             let goal = Lab::of_radiance(f.map(|f| f * pair.white)).value;
             (pair.f, pair.goal, pair.ellipsoid) = (f, goal, ellipsoid(goal));
         }
+        // Not measured (NaN): the shares of all others grow, so that a gap pulls nowhere.
         pairs.retain(|pair| pair.f.iter().all(|f| f.is_finite()));
         share_out(&mut pairs);
         if pairs.is_empty() { Err(NothingMeasured) } else { Ok(Self { pairs, soft: SOFT }) }
@@ -164,8 +166,9 @@ impl MeasuredTarget {
     }
 
     /// Σ ψψᵀ over the pairs, ψ the gradient of a pair's share of the objective: what the errors of
-    /// single pairs do to the solution. And what the objective's second derivatives lack of the
-    /// matrix of [`Self::equations`], as errors beyond the soft ones count by their absolute value.
+    /// single pairs do to the solution. Then the matrix of [`Self::equations`] less the objective's
+    /// second derivatives, which are smaller, as errors beyond the soft ones count by their
+    /// absolute value.
     pub fn scatter(
         &self,
         unknowns: usize,
@@ -174,9 +177,11 @@ impl MeasuredTarget {
         let mut scatter = DMatrix::zeros(unknowns, unknowns);
         let mut flatness = DMatrix::zeros(unknowns, unknowns);
         self.visit(unknowns, at, |weight, e, slopes| {
-            let of = |i: usize| slopes[0][i] * e[0] + slopes[1][i] * e[1] + slopes[2][i] * e[2];
-            let gradient = DVector::from_fn(unknowns, |i, _| of(i));
+            let gradient = DVector::from_fn(unknowns, |i, _| {
+                slopes[0][i] * e[0] + slopes[1][i] * e[1] + slopes[2][i] * e[2]
+            });
             let root = softness(e, self.soft);
+            // q = √(1 + |e|²/c²): ψ = (w/q) Jᵀe, its derivative (w/q) JᵀJ − (w/(c²q³)) Jᵀe eᵀJ.
             scatter.ger((weight / root).powi(2), &gradient, &gradient, 1.0);
             let flat = weight / (self.soft * self.soft * root.powi(3));
             flatness.ger(flat, &gradient, &gradient, 1.0);
@@ -194,6 +199,7 @@ impl MeasuredTarget {
         let mut rows = vec![[0.0; 3]; unknowns];
         let mut slopes = [(); 3].map(|()| vec![0.0; unknowns]);
         for (i, pair) in self.pairs.iter().enumerate() {
+            // A model sets only the derivatives that are not 0.
             rows.fill([0.0; 3]);
             let f = at(i, &mut rows);
             let (error, by_f) = pair.error(f);
@@ -214,6 +220,7 @@ impl MeasuredPair {
             wi,
             wo,
             tan2_theta_h: tan2_theta(h),
+            // |wi + wo|/2: symmetric to the last bit, but rounding may take it beyond 1.
             cos_theta_d: (0.5 * h.length()).min(1.0),
             cos_theta: [wi.z, wo.z],
             cot_theta: [cot_theta(wi), cot_theta(wo)],
@@ -281,6 +288,7 @@ impl Sums {
     fn add(&mut self, weight: f64, e: [f64; 3], slopes: &[Vec<f64>; 3]) {
         let root = softness(e, self.soft);
         self.squares += weight * 2.0 * self.soft * self.soft * (root - 1.0);
+        // Iteratively reweighted least squares: only the direction of a large error pulls.
         let pull = weight / root;
         let [a, b, c] = slopes.each_ref().map(Vec::as_slice);
         let mut triangle = self.hessian.as_mut_slice();
@@ -297,36 +305,46 @@ impl Sums {
 
     fn finish(self) -> NormalEquations {
         let n = self.gradient.len();
-        let entry = |i: usize, j: usize| {
-            let (i, j) = (i.max(j), i.min(j));
-            self.hessian[i * (i + 1) / 2 + j]
-        };
         NormalEquations {
             squares: self.squares,
-            hessian: DMatrix::from_fn(n, n, entry),
+            hessian: DMatrix::from_fn(n, n, |i, j| self.hessian[triangle_index(i, j)]),
             gradient: DVector::from_vec(self.gradient),
         }
     }
 }
 
+/// The index of the entries (i, j) and (j, i) of a symmetric matrix in its lower triangle.
+fn triangle_index(i: usize, j: usize) -> usize {
+    let (row, column) = (i.max(j), i.min(j));
+    row * (row + 1) / 2 + column
+}
+
+/// The centre of a pixel's row or column on the ball of radius 1.
+fn pixel_centre(i: usize) -> f64 {
+    2.0 * (i as f64 + 0.5) / BALL as f64 - 1.0
+}
+
 /// The lit pixels of the ball under each sun; half of it, as the other half is its mirror image.
 fn ball() -> Vec<MeasuredPair> {
-    let centre = |i: usize| 2.0 * (i as f64 + 0.5) / BALL as f64 - 1.0;
     let mut pairs = Vec::new();
+    // An isotropic reflectance is the same on both sides of the plane of light and view.
     for sun in SUNS.map(f64::to_radians) {
         let light = DVec3::new(sun.sin(), 0.0, sun.cos());
         for (column, row) in (BALL / 2..BALL).flat_map(|row| (0..BALL).map(move |c| (c, row))) {
-            let (x, y) = (centre(column), centre(row));
+            let (x, y) = (pixel_centre(column), pixel_centre(row));
             let r2 = x * x + y * y;
             if r2 >= RIM {
                 continue;
             }
             let normal = DVec3::new(x, y, (1.0 - r2).sqrt());
             if normal.dot(light) > LIT {
+                // The axes of the surface: an isotropic reflectance does not depend on the tangent.
+                // The vector points beyond RIM, so that no pixel's normal is parallel to it.
                 let t = normal.cross(DVec3::new(0.3, 0.9, 0.1)).normalize();
                 let b = normal.cross(t);
-                let local = |w: DVec3| DVec3::new(t.dot(w), b.dot(w), normal.dot(w));
-                pairs.push(MeasuredPair::new(local(light), local(DVec3::Z), 1.0, true));
+                let [wi, wo] =
+                    [light, DVec3::Z].map(|w| DVec3::new(t.dot(w), b.dot(w), normal.dot(w)));
+                pairs.push(MeasuredPair::new(wi, wo, 1.0, true));
             }
         }
     }
@@ -343,6 +361,7 @@ fn highlight() -> Vec<MeasuredPair> {
         let tan2_theta_h = FINEST * (theta_h.x * length).exp_m1();
         for theta_d in &difference {
             for phi_d in &azimuth {
+                // Weights even in ln tan²θh and not by solid angle: all widths count alike.
                 let node = Node { x: DIFFERENCE_RANGE * theta_d.x, weight: 1.0 };
                 if let Some(found) = pair(tan2_theta_h, 1.0, node, phi_d.x * 0.5 * PI) {
                     let weight = theta_h.weight * theta_d.weight * phi_d.weight;
@@ -356,16 +375,17 @@ fn highlight() -> Vec<MeasuredPair> {
 
 /// Scales the weights: the highlight's pairs have [`HIGHLIGHT_SHARE`] of the sum, which is 1.
 fn share_out(pairs: &mut [MeasuredPair]) {
-    let sum = |pairs: &[MeasuredPair], in_picture: bool| -> f64 {
+    let [picture, highlight] = [true, false].map(|in_picture| -> f64 {
         pairs.iter().filter(|pair| pair.in_picture == in_picture).map(|pair| pair.weight).sum()
-    };
-    let (picture, highlight) = (sum(pairs, true), sum(pairs, false));
+    });
+    // If one kind was not measured at all, the other has the whole sum.
     let share = match (picture > 0.0, highlight > 0.0) {
         (true, true) => HIGHLIGHT_SHARE,
         (false, _) => 1.0,
         (true, false) => 0.0,
     };
     for pair in pairs {
+        // A kind without pairs divides by 0, but then none of its pairs asks for the scale.
         let scale = if pair.in_picture { (1.0 - share) / picture } else { share / highlight };
         pair.weight *= scale;
     }

@@ -11,12 +11,16 @@ const LOW_ENOUGH: f64 = 3.0;
 #[must_use]
 pub fn local_minima(scan: &[f64]) -> Vec<usize> {
     let lowest = scan.iter().copied().fold(f64::INFINITY, f64::min);
-    let neighbours = |i: usize| [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
-    let is_minimum = |i: &usize| {
-        let around = neighbours(*i).filter_map(|j| scan.get(j)).copied();
-        scan[*i] <= LOW_ENOUGH * lowest && around.fold(f64::INFINITY, f64::min) >= scan[*i]
-    };
-    (0..scan.len()).filter(is_minimum).collect()
+    // A NaN is neither low nor a neighbour: `min` and `<=` both pass over it.
+    let low = (0..scan.len()).filter(|i| scan[*i] <= LOW_ENOUGH * lowest);
+    // ≥, so that on a plateau at least one point counts.
+    low.filter(|i| lowest_neighbour(scan, *i) >= scan[*i]).collect()
+}
+
+/// The lower of a point's neighbours; an end of the scan has one.
+fn lowest_neighbour(scan: &[f64], i: usize) -> f64 {
+    let neighbours = [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
+    neighbours.filter_map(|j| scan.get(j)).copied().fold(f64::INFINITY, f64::min)
 }
 
 /// The lowest of at least one minimum.

@@ -1,4 +1,4 @@
-//! The best mixture of a few Beckmann distributions, their widths shared by the lobes of a material.
+//! The best mixture of a few Beckmann distributions, whose widths the lobes of a material share.
 
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ pub struct MixtureFit {
     pub mixture: SharedMixture,
     /// max |D_fit − D|/(D(0) + D) over all angles, per lobe.
     pub ndf_error: Vec<f64>,
-    /// How far the reflectance through the mixture is from the material.
+    /// The distance of the reflectance through the mixture from the material.
     pub residuals: Residuals,
     /// Oddities of the material.
     pub reasons: Vec<Reason>,
@@ -36,11 +36,11 @@ const JUDGED_SAMPLES: usize = 400;
 /// Angles of the first and of the last steps of the fit to the distributions.
 const ANGLES: [usize; 2] = [48, 120];
 
-/// Starts of evenly spaced widths, of which all but the first are tried where that leads nowhere.
+/// Starts of evenly spaced widths; all but the first are tried only where that leads nowhere.
 const STARTS: usize = 6;
 
-/// How far below the range of the starts ln α may go: the best of many components have one that is
-/// three times narrower than the bend of the distribution.
+/// The distance that ln α may go below the range of the starts: the best of many components have
+/// one that is three times narrower than the bend of the distribution.
 const ROOM: f64 = 1.5;
 
 /// The mixture of the fewest components, from seven to ten, whose picture is within half a percent
@@ -51,9 +51,10 @@ const ROOM: f64 = 1.5;
 pub fn for_picture(material: &Material) -> SharedMixture {
     const FEWER: std::ops::Range<usize> = 7..10;
     const TOLERANCE: f64 = 5e-3;
-    let close = |mixture: &SharedMixture| picture::error(material, mixture) <= TOLERANCE;
+    // Lazy: the counts beyond the first that is near enough are not fitted.
     let mut few = FEWER.map(|count| best_picture(material, count));
-    few.find(close).unwrap_or_else(|| best_picture(material, FEWER.end))
+    few.find(|mixture| picture::error(material, mixture) <= TOLERANCE)
+        .unwrap_or_else(|| best_picture(material, FEWER.end))
 }
 
 /// The mixture of `count` Beckmann distributions that looks most like a material.
@@ -69,10 +70,10 @@ pub fn best_picture(material: &Material, count: usize) -> SharedMixture {
 
 /// The mixture of `count` Beckmann distributions that is closest to a material's lobes.
 ///
-/// The largest |D_fit − D|/(D(0) + D) of all angles and lobes is made least: no lobe is given up for
-/// being dark, no angle for being small. Least squares come first, then Σ |e|^p of a p that grows
-/// to 256. Each component more makes that error smaller, or leaves it where no start
-/// leads to a smaller one.
+/// Minimises the largest |D_fit − D|/(D(0) + D) of all angles and lobes, so that dark lobes and
+/// small angles count as much as any other. Least squares come first, then Σ |e|^p of a p that
+/// grows to 256. Each component more makes that error smaller, or leaves it where no start leads
+/// to a smaller one.
 ///
 /// # Example
 ///
@@ -106,9 +107,8 @@ pub fn fit_target(target: &Target, count: usize, objective: Objective) -> Mixtur
     let material = &target.material;
     let count = count.clamp(1, MAX_COMPONENTS);
     let mixture = closest(material, count, objective);
-    let lobes = material.lobes().iter().enumerate();
     MixtureFit {
-        ndf_error: lobes.map(|(j, lobe)| ndf_error(&mixture, j, lobe)).collect(),
+        ndf_error: ndf_errors(material, &mixture).collect(),
         residuals: target.residuals(&Brdf::of_mixture(material, &mixture)),
         reasons: reason::of_material(material),
         mixture,
@@ -119,41 +119,68 @@ pub fn fit_target(target: &Target, count: usize, objective: Objective) -> Mixtur
 /// far with a component more and from widths spaced evenly, so that the largest error never rises
 /// with the count.
 fn closest(material: &Material, count: usize, objective: Objective) -> SharedMixture {
-    let largest_error = |mixture: &SharedMixture| {
-        let lobes = material.lobes().iter().enumerate();
-        lobes.map(|(j, lobe)| ndf_error(mixture, j, lobe)).fold(0.0, f64::max)
-    };
-    let mut best: Option<(f64, SharedMixture, DVector<f64>)> = None;
+    let mut best: Option<Closest> = None;
     for n in 1..=count {
+        // The best of n − 1 components is a start for n, so every count is fitted on the way.
         let [coarse, fine] = ANGLES.map(|samples| {
             Problem::new(material, n, distribution_goals, samples).with_room_below(ROOM)
         });
-        let descended = |start: Minimum| {
-            let x = objective.descend(&coarse, &fine, &start.x);
-            let mixture = fine.mixture(&x);
-            (largest_error(&mixture), mixture, x)
-        };
-        let grown = best.as_ref().map_or_else(Vec::new, |(_, _, x)| coarse.grown(x));
-        let starts = [coarse.even_starts(STARTS), grown];
-        let first = starts.iter().filter_map(|starts| starts.first().cloned());
-        let mut found = first.map(descended).min_by(|a, b| a.0.total_cmp(&b.0));
-        // A component more can always help: where the nearest starts lead nowhere, others do.
-        let mut others = starts.iter().flat_map(|starts| starts.iter().skip(1).cloned());
-        while let (Some(before), Some(at)) = (&best, &found)
-            && before.0 <= at.0
-            && let Some(other) = others.next()
-        {
-            found = Some(descended(other));
-        }
-        best = match (best, found) {
-            (Some(before), Some(found)) if before.0 <= found.0 => {
-                let (error, mixture, x) = before;
-                Some((error, mixture, fine.split(&x)))
+        let search = Search { material, objective, coarse, fine };
+        best = match (search.closest(best.as_ref()), best) {
+            // An idle component changes nothing, so that the error never rises with the count.
+            (Some(found), Some(before)) if before.error <= found.error => {
+                Some(Closest { x: search.fine.split(&before.x), ..before })
             }
-            (_, found) => found,
+            (found, _) => found,
         };
     }
-    best.map_or_else(SharedMixture::default, |(_, mixture, _)| mixture)
+    best.map_or_else(SharedMixture::default, |best| best.mixture)
+}
+
+/// A mixture and how close it is.
+struct Closest {
+    /// The largest error of all lobes.
+    error: f64,
+    mixture: SharedMixture,
+    x: DVector<f64>,
+}
+
+/// A search for the closest mixture of a number of components.
+struct Search<'a> {
+    material: &'a Material,
+    objective: Objective,
+    coarse: Problem,
+    fine: Problem,
+}
+
+impl Search<'_> {
+    /// The closest that the starts lead to, `before` that of one component fewer.
+    fn closest(&self, before: Option<&Closest>) -> Option<Closest> {
+        let grown = before.map_or_else(Vec::new, |before| self.coarse.grown(&before.x));
+        // Each list is sorted by what the weights alone reach; its first is the most promising.
+        let starts = [self.coarse.even_starts(STARTS), grown];
+        let first = starts.iter().filter_map(|starts| starts.first());
+        let ends = first.map(|start| self.descend(start));
+        let mut found = ends.min_by(|a, b| a.error.total_cmp(&b.error));
+        // A component more can always help: where the nearest starts lead nowhere, others do.
+        let mut others = starts.iter().flat_map(|starts| starts.iter().skip(1));
+        while let (Some(before), Some(at)) = (before, &found)
+            && before.error <= at.error
+            && let Some(other) = others.next()
+        {
+            // What is dropped was no nearer than `before`; the caller compares the last.
+            found = Some(self.descend(other));
+        }
+        found
+    }
+
+    /// The mixture that a descent from `start` reaches.
+    fn descend(&self, start: &Minimum) -> Closest {
+        let x = self.objective.descend(&self.coarse, &self.fine, &start.x);
+        let mixture = self.fine.mixture(&x);
+        let error = ndf_errors(self.material, &mixture).fold(0.0, f64::max);
+        Closest { error, mixture, x }
+    }
 }
 
 impl Objective {
@@ -162,6 +189,7 @@ impl Objective {
         match self {
             Self::LeastSquares => coarse.descend(start, 160, 1e-7),
             Self::Minimax => {
+                // A high power sees few of the angles, so it needs a start that is near.
                 let x = coarse.descend(start, 80, 1e-5);
                 let x = coarse.level(&x, &[4, 8, 16]);
                 fine.level(&x, &[16, 64, 256])
@@ -172,15 +200,20 @@ impl Objective {
 
 /// (D, 1) at each angle over D(0) + D, per lobe.
 fn distribution_goals(material: &Material, tan2_theta: &[f64]) -> Goals {
-    let of_lobe = |lobe: &LobeParams| {
-        let ndf = SgdNdf::new(lobe.alpha(), lobe.p());
-        let at = |x: &f64| {
-            let d = ndf.ndf(*x);
-            (d / (ndf.peak() + d), 1.0 / (ndf.peak() + d))
-        };
-        tan2_theta.iter().map(at).collect()
-    };
-    material.lobes().iter().map(of_lobe).collect()
+    let ndfs = material.lobes().iter().map(|lobe| SgdNdf::new(lobe.alpha(), lobe.p()));
+    ndfs.map(|ndf| tan2_theta.iter().map(|x| relative_density(&ndf, *x)).collect()).collect()
+}
+
+/// (D, 1)/(D(0) + D).
+fn relative_density(ndf: &SgdNdf, tan2_theta: f64) -> (f64, f64) {
+    let d = ndf.ndf(tan2_theta);
+    // D of a wide lobe (α > ½) can exceed D(0), as it holds 1/cos⁴θ: hence the sum of both.
+    (d / (ndf.peak() + d), 1.0 / (ndf.peak() + d))
+}
+
+/// [`ndf_error`] of each lobe.
+fn ndf_errors(material: &Material, mixture: &SharedMixture) -> impl Iterator<Item = f64> {
+    material.lobes().iter().enumerate().map(|(j, lobe)| ndf_error(mixture, j, lobe))
 }
 
 /// max |D_fit − D|/(D(0) + D) of one lobe.
@@ -188,11 +221,11 @@ fn distribution_goals(material: &Material, tan2_theta: &[f64]) -> Goals {
 pub fn ndf_error(mixture: &SharedMixture, index: usize, lobe: &LobeParams) -> f64 {
     let exact = SgdNdf::new(lobe.alpha(), lobe.p());
     let mixture = mixture.of_lobe(index);
-    let error = |x: &f64| {
-        let d = exact.ndf(*x);
-        (mixture.ndf(*x) - d).abs() / (exact.peak() + d)
-    };
-    angles(std::slice::from_ref(lobe), JUDGED_SAMPLES).iter().map(error).fold(0.0, f64::max)
+    let errors = angles(std::slice::from_ref(lobe), JUDGED_SAMPLES).into_iter().map(|x| {
+        let d = exact.ndf(x);
+        (mixture.ndf(x) - d).abs() / (exact.peak() + d)
+    });
+    errors.fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -207,12 +240,11 @@ mod tests {
             let error = picture::error(&entry.material, &mixture);
             assert!(error <= 5e-3, "{}: {} {error}", entry.material.name, mixture.alpha.len());
         }
-        let count = |name| {
-            for_picture(&crate::material::find(name).expect("in the catalogue").material)
-                .alpha
-                .len()
-        };
-        assert_eq!([count("gold-paint"), count("green-plastic"), count("steel")], [7, 8, 9]);
+        let counts = ["gold-paint", "green-plastic", "steel"].map(|name| {
+            let entry = crate::material::find(name).expect("in the catalogue");
+            for_picture(&entry.material).alpha.len()
+        });
+        assert_eq!(counts, [7, 8, 9]);
     }
 
     #[test]

@@ -20,7 +20,7 @@ const SUM_WEIGHT: f64 = 1e2;
 /// D times its scale, and the scale, at each angle, per lobe.
 pub type Goals = Vec<Vec<(f64, f64)>>;
 
-/// Which sum over angles of the errors e is made least: Σ |e/unit|^exponent.
+/// The sum over angles of the errors e that is made least: Σ |e/unit|^exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Norm {
     exponent: i32,
@@ -50,13 +50,13 @@ pub struct Problem {
     goals: Goals,
     /// The range of ln α in which starts lie.
     range: [f64; 2],
-    /// How far below it a solution may lie.
+    /// The distance that a solution may lie below it.
     below: f64,
     norm: Norm,
 }
 
 impl Problem {
-    /// For `count` components, with what `goals` wants at each of so many angles.
+    /// The problem of `count` components, with the goals that `goals` gives at `samples` angles.
     #[must_use]
     pub fn new(
         material: &Material,
@@ -69,6 +69,8 @@ impl Problem {
         let goals = goals(material, &tan2_theta);
         let narrowest = lobes.iter().map(core_tan2).fold(f64::INFINITY, f64::min);
         let widest = lobes.iter().map(LobeParams::alpha).fold(0.0, f64::max);
+        // A Beckmann component of SGD has α_b² = α/(1 + s) ≤ α; the narrow end is a tenth of the
+        // tan²θ at which D bends.
         let range = [0.5 * (0.1 * narrowest).ln(), 0.5 * widest.ln() + 0.1];
         Self { count, tan2_theta, goals, range, below: 0.0, norm: Norm::SQUARES }
     }
@@ -79,7 +81,7 @@ impl Problem {
         Self { below, ..self }
     }
 
-    /// How many unknowns there are.
+    /// The number of unknowns.
     fn unknowns(&self) -> usize {
         (1 + self.goals.len()) * self.count
     }
@@ -89,6 +91,7 @@ impl Problem {
         let [low, high] = self.range;
         let low = low + from * (high - low);
         DVector::from_fn(self.unknowns(), |i, _| match self.count {
+            // A single width has no spacing: it stands in the middle.
             1 => {
                 if i == 0 {
                     0.5 * (low + high)
@@ -112,10 +115,11 @@ impl Problem {
         best.map_or_else(SharedMixture::default, |best| self.mixture(&best.x))
     }
 
-    /// The even widths whose weights alone do best, so many, best first; none of a material without
-    /// lobes.
+    /// At most `most` starts of evenly spaced widths, by what their best weights alone reach, best
+    /// first; none for a material without lobes.
     #[must_use]
     pub fn even_starts(&self, most: usize) -> Vec<Minimum> {
+        // Without goals the squares of every start are 0, and nothing tells them apart.
         if self.goals.is_empty() {
             return Vec::new();
         }
@@ -126,14 +130,15 @@ impl Problem {
         weighed
     }
 
-    /// A solution of one component fewer with one more between two of its widths, the best first: its
-    /// weight is 0 before the weights are solved for.
+    /// The starts that `x`, of one component fewer, gives with a component between two neighbouring
+    /// widths or beyond the last, best first. Its weights are solved for from 0.
     #[must_use]
     pub fn grown(&self, x: &DVector<f64>) -> Vec<Minimum> {
         let n = self.count;
         let mut widths: Vec<f64> = x.rows(0, n - 1).iter().copied().collect();
         widths.sort_by(f64::total_cmp);
         let [low, high] = self.range;
+        // With the ends of the range, so that the new one may be the narrowest or the widest.
         let ends = [&[low][..], &widths, &[high]].concat();
         let between = ends.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
         let mut weighed: Vec<Minimum> =
@@ -142,19 +147,19 @@ impl Problem {
         weighed
     }
 
-    /// The same solution with its first component counted twice.
+    /// `x`, of one component fewer, with an idle component of its first width: the same mixture.
     #[must_use]
     pub fn split(&self, x: &DVector<f64>) -> DVector<f64> {
         self.with_width(x, x[0])
     }
 
-    /// A solution of one component fewer with one more of this ln α, of weight 0.
+    /// `x`, of one component fewer, with a component of this ln α and weight 0.
     fn with_width(&self, x: &DVector<f64>, width: f64) -> DVector<f64> {
         let n = self.count;
         DVector::from_fn(self.unknowns(), |i, _| match (i / n, i % n) {
             (0, j) if j == n - 1 => width,
             (_, j) if j == n - 1 => 0.0,
-            (block, j) => x[block * (n - 1) + j],
+            (row, j) => x[row * (n - 1) + j],
         })
     }
 
@@ -176,11 +181,13 @@ impl Problem {
         let mut problem = self.clone();
         let mut x = start.clone();
         for exponent in exponents {
+            // In units of the largest error no power of an error overflows.
             let unit = self.largest_error(&x);
             if unit < ROUNDING {
                 break;
             }
             problem.norm = Norm { exponent: *exponent, unit };
+            // The sum of powers changes p times as much, relative, as the error itself.
             let end = TOLERANCE * f64::from(*exponent);
             x = problem.descend(&x, STEPS, end);
         }
@@ -201,9 +208,12 @@ impl Problem {
         for lobe in 0..self.goals.len() {
             let first = (1 + lobe) * n;
             let bounds = Bounds {
+                // The step's bounds: weights stay ≥ 0.
                 lower: -x.rows(first, n).into_owned(),
                 upper: DVector::repeat(n, f64::INFINITY),
             };
+            // At fixed widths the lobes have no unknown in common: each has its own block. Damping
+            // 0 leaves the floor alone, which keeps the block of nearly equal widths definite.
             let hessian = damped(&hessian.view((first, first), (n, n)).into_owned(), 0.0);
             let gradient = gradient.rows(first, n).into_owned();
             let step = box_quadratic(&hessian, &gradient, &bounds);
@@ -219,13 +229,11 @@ impl Problem {
     /// Widths in their range, weights ≥ 0.
     fn bounds(&self) -> Bounds {
         let n = self.count;
-        let side =
-            |i: usize, of_widths: f64, of_weights: f64| if i < n { of_widths } else { of_weights };
         let [low, high] = self.range;
-        Bounds {
-            lower: DVector::from_fn(self.unknowns(), |i, _| side(i, low - self.below, 0.0)),
-            upper: DVector::from_fn(self.unknowns(), |i, _| side(i, high, f64::INFINITY)),
-        }
+        let mut bounds = Bounds::non_negative(self.unknowns());
+        bounds.lower.rows_mut(0, n).fill(low - self.below);
+        bounds.upper.rows_mut(0, n).fill(high);
+        bounds
     }
 
     fn equations(&self, x: &DVector<f64>) -> NormalEquations {
@@ -240,8 +248,9 @@ impl Problem {
 
     /// D of each lobe at each angle (columns), and ∂D/∂lnα = 2 (x/α² − 1) D.
     fn basis(&self, alpha: &DVector<f64>) -> [DMatrix<f64>; 2] {
-        let density = |i: usize, j: usize| Beckmann { alpha: alpha[j] }.ndf(self.tan2_theta[i]);
-        let density = DMatrix::from_fn(self.tan2_theta.len(), self.count, density);
+        let density = DMatrix::from_fn(self.tan2_theta.len(), self.count, |i, j| {
+            Beckmann { alpha: alpha[j] }.ndf(self.tan2_theta[i])
+        });
         let slope = DMatrix::from_fn(self.tan2_theta.len(), self.count, |i, j| {
             2.0 * (self.tan2_theta[i] / (alpha[j] * alpha[j]) - 1.0) * density[(i, j)]
         });
@@ -256,21 +265,49 @@ impl Problem {
     }
 
     /// Adds the terms of a lobe's errors and the condition on its weights' sum.
-    ///
-    /// Newton's equations of Σ |e/u|^p are those of least squares with rows times √(ω (p − 1)) and
-    /// errors times √(ω/(p − 1)), ω = [`Norm::weight`].
     fn add_lobe(
         &self,
         equations: &mut NormalEquations,
         lobe: usize,
         x: &DVector<f64>,
-        [density, slope]: &[DMatrix<f64>; 2],
+        basis: &[DMatrix<f64>; 2],
     ) {
         let n = self.count;
-        let errors = self.errors(lobe, x, density);
+        let errors = self.errors(lobe, x, &basis[0]);
+        let (jacobian, residual) = self.rows(lobe, x, &errors, basis);
+        equations.squares += errors.iter().map(|error| self.norm.term(*error)).sum::<f64>();
+        equations.squares += residual[residual.len() - 1].powi(2);
+        let gradient = jacobian.tr_mul(&residual);
+        // The unknowns of this lobe: the n widths, then its own n weights.
+        let first = (1 + lobe) * n;
+        let places: Vec<usize> = (0..n).chain(first..first + n).collect();
+        for i in 0..2 * n {
+            equations.gradient[places[i]] += gradient[i];
+            // Only the lower triangle is read.
+            for j in 0..=i {
+                let product = jacobian.column(i).dot(&jacobian.column(j));
+                equations.hessian[(places[i], places[j])] += product;
+            }
+        }
+    }
+
+    /// The rows of a lobe's errors, and last the row of the condition on its weights' sum: their
+    /// derivatives by the widths and the lobe's weights, and their values.
+    ///
+    /// Newton's equations of Σ |e/u|^p are those of least squares with rows times √(ω (p − 1)) and
+    /// errors times √(ω/(p − 1)), ω = [`Norm::weight`].
+    fn rows(
+        &self,
+        lobe: usize,
+        x: &DVector<f64>,
+        errors: &DVector<f64>,
+        [density, slope]: &[DMatrix<f64>; 2],
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let n = self.count;
         let order = f64::from(self.norm.exponent - 1);
         // A high power sees few of the angles.
         let weights = errors.map(|error| self.norm.weight(error));
+        // What the sum would lose to rounding: with p = 256 errors below 0.88 of the largest.
         let seen = 1e-14 * weights.max();
         let seen: Vec<usize> = (0..errors.len()).filter(|i| weights[*i] >= seen).collect();
         let mut jacobian = DMatrix::zeros(seen.len() + 1, 2 * n);
@@ -284,22 +321,11 @@ impl Problem {
                 jacobian[(row, n + j)] = scale * density[(i, j)];
             }
         }
+        // In the norm's own units: an error of one unit has the weight p/2, over unit².
         let sum_weight = SUM_WEIGHT * f64::from(self.norm.exponent / 2).sqrt() / self.norm.unit;
         jacobian.view_mut((seen.len(), n), (1, n)).fill(sum_weight);
         residual[seen.len()] = sum_weight * (x.rows((1 + lobe) * n, n).sum() - 1.0);
-        equations.squares += errors.iter().map(|error| self.norm.term(*error)).sum::<f64>();
-        equations.squares += residual[seen.len()].powi(2);
-        let gradient = jacobian.tr_mul(&residual);
-        // Unknown j of this lobe: the n widths, then its own n weights.
-        let place = |j: usize| if j < n { j } else { j + lobe * n };
-        for i in 0..2 * n {
-            equations.gradient[place(i)] += gradient[i];
-            // Only the lower triangle is read.
-            for j in 0..=i {
-                let product = jacobian.column(i).dot(&jacobian.column(j));
-                equations.hessian[(place(i), place(j))] += product;
-            }
-        }
+        (jacobian, residual)
     }
 
     /// The mixture of a solution, weights scaled to sum exactly to 1, widths ascending.
@@ -307,15 +333,17 @@ impl Problem {
     pub fn mixture(&self, x: &DVector<f64>) -> SharedMixture {
         let n = self.count;
         let lobes = 0..self.goals.len();
-        let sums: Vec<f64> = lobes.clone().map(|lobe| x.rows((1 + lobe) * n, n).sum()).collect();
-        let weights = |j: usize| -> Vec<f64> {
-            lobes.clone().map(|lobe| x[(1 + lobe) * n + j] / sums[lobe]).collect()
-        };
+        // The condition holds the sums near 1 but not at it.
+        let sums: Vec<f64> = lobes.map(|lobe| x.rows((1 + lobe) * n, n).sum()).collect();
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+        let weights = order.iter().map(|j| {
+            let lobes = sums.iter().enumerate();
+            lobes.map(|(lobe, sum)| x[(1 + lobe) * n + j] / sum).collect()
+        });
         SharedMixture {
             alpha: order.iter().map(|j| x[*j].exp()).collect(),
-            weights: order.iter().map(|j| weights(*j)).collect(),
+            weights: weights.collect(),
         }
     }
 }
@@ -324,6 +352,7 @@ impl Problem {
 #[must_use]
 pub fn angles(lobes: &[LobeParams], count: usize) -> Vec<f64> {
     let scale = lobes.iter().map(core_tan2).fold(f64::INFINITY, f64::min) * 0.1;
+    // e^(−20) of the peak is left at the end: x/α = 20.
     let largest = lobes.iter().map(LobeParams::alpha).fold(0.0, f64::max) * 20.0;
     let length = (largest / scale).ln_1p();
     (0..count).map(|i| scale * (length * i as f64 / (count - 1) as f64).exp_m1()).collect()
@@ -331,6 +360,7 @@ pub fn angles(lobes: &[LobeParams], count: usize) -> Vec<f64> {
 
 /// tan²θ at which a lobe's distribution starts to bend.
 fn core_tan2(lobe: &LobeParams) -> f64 {
+    // −1/(d ln P22/dx) at x = 0, with P22 ∝ e⁻ᵗ t⁻ᵖ and t = α + x/α.
     lobe.alpha() / (1.0 + lobe.p() / lobe.alpha())
 }
 

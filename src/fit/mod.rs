@@ -4,8 +4,11 @@
 pub(crate) mod colour;
 pub(crate) mod descent;
 pub(crate) mod energy;
+pub(crate) mod fresnel_curve;
 pub mod gltf;
 pub mod gltf_measured;
+pub(crate) mod gltf_problem;
+pub(crate) mod gltf_unknowns;
 pub(crate) mod lanes;
 pub mod measured_target;
 pub mod metric;
@@ -15,6 +18,7 @@ pub mod mixture_measured;
 pub(crate) mod mixture_problem;
 pub mod one_lobe;
 pub mod one_lobe_measured;
+pub(crate) mod penalty;
 pub(crate) mod picture;
 pub(crate) mod reason;
 pub mod sgd;
@@ -23,6 +27,7 @@ pub(crate) mod shape;
 pub(crate) mod start;
 pub mod target;
 pub mod uncertainty;
+pub(crate) mod unknowns;
 
 pub use metric::Metric;
 pub use reason::Reason;

@@ -6,16 +6,15 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use crate::brdf::one_lobe::{OneLobe, OneLobeChannel, SCALE_OF_RHO_S};
-use crate::fit::lanes::{Block, LobeSamples};
+use crate::fit::lanes::{LobeSamples, PairLanes, lanes};
 use crate::fit::metric::Metric;
 use crate::fit::minima::{local_minima, lowest};
 use crate::fit::reason::{self, Reason};
 use crate::fit::target::{Pair, Residuals as FitResiduals, Target};
-
 use crate::material::{Channel, Material};
 use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::math::least_squares::{
-    Bounds, LANES, Lanes, Minimum, NormalEquations, Residuals, Terms, minimise,
+    Bounds, LANES, LaneResiduals, LaneSums, Lanes, Minimum, NormalEquations, minimise,
 };
 use crate::microfacet::{Distribution as _, Family, Fresnel, OneWidth};
 
@@ -24,11 +23,11 @@ use crate::microfacet::{Distribution as _, Family, Fresnel, OneWidth};
 pub struct OneLobeFit {
     /// The best of every channel by itself.
     pub per_channel: OneLobe,
-    /// How far `per_channel` is from the material.
+    /// The distance of `per_channel` from the material.
     pub per_channel_residuals: FitResiduals,
     /// The best with one width for the three channels.
     pub joint: OneLobe,
-    /// How far `joint` is from the material.
+    /// The distance of `joint` from the material.
     pub joint_residuals: FitResiduals,
     /// Oddities of the material or the fit.
     pub reasons: Vec<Reason>,
@@ -68,9 +67,11 @@ pub fn fit(material: &Material, family: Family) -> OneLobeFit {
 pub fn fit_target(target: &Target, family: Family, metric: Metric) -> OneLobeFit {
     let search = Search::new(target, family, metric);
     let polish = Search::new(target.polish(), family, metric);
+    // One scan serves both fits: at a fixed width the channels do not depend on each other.
     let scan = search.scan([0, 1, 2].map(|c| published(&target.material, c)));
     let joint = polish.descend_jointly(&search.joint(&scan));
     let channels = std::array::from_fn(|c| {
+        // An invisible lobe's width is arbitrary: that of the joint fit keeps it from standing out.
         if reason::has_visible_lobe(&target.material, c) {
             polish.descend(c, &search.channel(c, &scan))
         } else {
@@ -88,8 +89,9 @@ pub fn fit_target(target: &Target, family: Family, metric: Metric) -> OneLobeFit
 }
 
 fn reasons(material: &Material, fit: &OneLobe) -> Vec<Reason> {
-    let widest = |c: &usize| fit.channels[*c].alpha > 0.99 * ALPHA_RANGE[1];
-    let widest = (0..3).filter(widest).map(|c| Reason::WidestLobe(Channel::ALL[c]));
+    let channels = Channel::ALL.into_iter().zip(&fit.channels);
+    let widest = channels.filter(|(_, lobe)| lobe.alpha > 0.99 * ALPHA_RANGE[1]);
+    let widest = widest.map(|(channel, _)| Reason::WidestLobe(channel));
     reason::of_material(material).into_iter().chain(widest).collect()
 }
 
@@ -102,9 +104,9 @@ struct Search<'a> {
     family: Family,
     metric: Metric,
     set: InstructionSet,
-    blocks: Vec<Block>,
+    pairs: Vec<PairLanes>,
     /// The Fresnel curve's share of (f0, f90, F(0°)) at each pair.
-    fresnel: [Vec<Lanes>; 3],
+    fresnel: Vec<[Lanes; 3]>,
 }
 
 /// A lobe D G1 G1/(4 cosθi cosθo) at a pair, and its derivative by ln α.
@@ -116,14 +118,16 @@ struct LobeSample {
 
 impl<'a> Search<'a> {
     fn new(target: &'a Target, family: Family, metric: Metric) -> Self {
-        let share = |i: usize| target.lanes(|pair| fresnel_basis(pair.cos_theta_d)[i], 0.0);
+        let fresnel = target.pairs.chunks(LANES).map(|pairs| {
+            [0, 1, 2].map(|i| lanes(pairs, |pair| fresnel_basis(pair.cos_theta_d)[i], 0.0))
+        });
         Self {
             target,
             family,
             metric,
             set: InstructionSet::widest(),
-            blocks: target.blocks(metric),
-            fresnel: [0, 1, 2].map(share),
+            pairs: target.pair_lanes(metric),
+            fresnel: fresnel.collect(),
         }
     }
 
@@ -133,12 +137,18 @@ impl<'a> Search<'a> {
         let [low, high] = ALPHA_RANGE.map(f64::ln);
         let mut scan = [const { Vec::new() }; 3];
         for i in 0..SCAN {
+            // Widest first: its lobe shows at every pair, so that the start matters least.
             let log_alpha = high + (low - high) * i as f64 / (SCAN - 1) as f64;
             let lobe = self.lobe(log_alpha);
             for c in 0..3 {
+                // The bounds hold the width, and the model is linear in the rest.
                 x[c][0] = log_alpha;
-                let equations = |x: &DVector<f64>| self.channel_equations(c, x, 0, &lobe).into();
-                let best = minimise(equations, &x[c], &bounds([log_alpha; 2], 1), SCAN_TOLERANCE);
+                let best = minimise(
+                    |x| self.channel_equations(c, x, 0, &lobe).into(),
+                    &x[c],
+                    &bounds([log_alpha; 2], 1),
+                    SCAN_TOLERANCE,
+                );
                 x[c].clone_from(&best.x);
                 scan[c].push(best);
             }
@@ -154,8 +164,12 @@ impl<'a> Search<'a> {
 
     /// The minimum of one channel that a descent from `start` reaches.
     fn channel_minimum(&self, c: usize, start: &DVector<f64>) -> Minimum {
-        let equations = |x: &DVector<f64>| self.channel_equations(c, x, 0, &self.lobe(x[0])).into();
-        minimise(equations, start, &bounds(ALPHA_RANGE.map(f64::ln), 1), TOLERANCE)
+        minimise(
+            |x| self.channel_equations(c, x, 0, &self.lobe(x[0])).into(),
+            start,
+            &bounds(ALPHA_RANGE.map(f64::ln), 1),
+            TOLERANCE,
+        )
     }
 
     /// The best of one channel that a descent from `start` reaches.
@@ -167,12 +181,9 @@ impl<'a> Search<'a> {
     fn joint(&self, scan: &[Vec<Minimum>; 3]) -> DVector<f64> {
         let sums: Vec<f64> =
             (0..SCAN).map(|i| scan.iter().map(|channel| channel[i].squares).sum()).collect();
-        let start = |i: usize| {
-            let coefficients = scan.iter().flat_map(|channel| channel[i].x.iter().skip(1));
-            let unknowns = scan[0][i].x.iter().take(1).chain(coefficients);
-            DVector::from_iterator(1 + 3 * (UNKNOWNS - 1), unknowns.copied())
-        };
-        lowest(local_minima(&sums).into_iter().map(|i| self.joint_minimum(&start(i)))).x
+        let starts =
+            local_minima(&sums).into_iter().map(|i| joined(scan.each_ref().map(|s| &s[i])));
+        lowest(starts.map(|start| self.joint_minimum(&start))).x
     }
 
     /// The minimum with one width that a descent from `start` reaches.
@@ -192,6 +203,7 @@ impl<'a> Search<'a> {
         let lobe = self.lobe(x[0]);
         let mut equations = NormalEquations::zero(x.len());
         for c in 0..3 {
+            // The three channels share the first unknown, their width.
             let places = std::array::from_fn(|i| if i == 0 { 0 } else { place(c, i) });
             equations.add(&self.channel_equations(c, x, c, &lobe), places);
         }
@@ -200,16 +212,9 @@ impl<'a> Search<'a> {
 
     /// The lobe of width e^`log_alpha` at every pair.
     fn lobe(&self, log_alpha: f64) -> Vec<LobeSamples> {
-        let alpha = log_alpha.exp();
-        let block = |pairs: &[Pair]| {
-            let mut samples = LobeSamples::ZERO;
-            for (l, pair) in pairs.iter().enumerate() {
-                let LobeSample { value, slope } = lobe_sample(self.family.of_width(alpha), pair);
-                (samples.value[l], samples.slope[l]) = (value, slope);
-            }
-            samples
-        };
-        self.target.pairs.chunks(LANES).map(block).collect()
+        let distribution = self.family.of_width(log_alpha.exp());
+        let chunks = self.target.pairs.chunks(LANES);
+        chunks.map(|pairs| lobe_samples(distribution, pairs)).collect()
     }
 
     /// The residuals of channel `c`, its coefficients standing in `x` as those of channel `at`.
@@ -219,7 +224,7 @@ impl<'a> Search<'a> {
         x: &DVector<f64>,
         at: usize,
         lobe: &[LobeSamples],
-    ) -> Residuals<UNKNOWNS> {
+    ) -> LaneSums<UNKNOWNS> {
         let coefficients: [f64; 4] = std::array::from_fn(|i| x[place(at, i + 1)]);
         dispatch::residuals(self.set, self, c, coefficients, lobe)
     }
@@ -231,10 +236,13 @@ impl<'a> Search<'a> {
         c: usize,
         [rho_d, f0, f90, f_facing]: [f64; 4],
         lobe: &[LobeSamples],
-    ) -> Residuals<UNKNOWNS> {
-        let mut sums = Residuals::none();
-        for (i, (block, LobeSamples { value, slope })) in self.blocks.iter().zip(lobe).enumerate() {
-            let [bump, grazing, facing] = [0, 1, 2].map(|share| &self.fresnel[share][i]);
+    ) -> LaneSums<UNKNOWNS> {
+        let mut sums = LaneSums::none();
+        for ((pairs, LobeSamples { value, slope }), fresnel) in
+            self.pairs.iter().zip(lobe).zip(&self.fresnel)
+        {
+            let [bump, grazing, facing] = fresnel;
+            // Row 1, by ρd, is 1/π everywhere; the loop sets all others.
             let (mut f, mut row) = ([0.0; LANES], [[FRAC_1_PI; LANES]; UNKNOWNS]);
             for l in 0..LANES {
                 let fresnel = f0 * bump[l] + f90 * grazing[l] + f_facing * facing[l];
@@ -244,8 +252,8 @@ impl<'a> Search<'a> {
                 row[3][l] = value[l] * grazing[l];
                 row[4][l] = value[l] * facing[l];
             }
-            let mut terms = Terms::default();
-            self.metric.add(&mut terms, &f, &block.sides, c);
+            let mut terms = LaneResiduals::default();
+            self.metric.add(&mut terms, &f, &pairs.sides, c);
             sums.add(&terms, &row);
         }
         sums
@@ -257,23 +265,31 @@ mod dispatch {
     use super::*;
 
     per_instruction_set!(residuals
-    (search: &Search<'_>, c: usize, x: [f64; 4], lobe: &[LobeSamples]) -> Residuals<UNKNOWNS> {
+    (search: &Search<'_>, c: usize, x: [f64; 4], lobe: &[LobeSamples]) -> LaneSums<UNKNOWNS> {
         search.residuals(c, x, lobe)
     });
 }
 
-/// Where unknown `i` ≥ 1 of a channel stands: ln α first, then four coefficients per channel.
+/// The place of unknown `i` ≥ 1 of a channel: ln α first, then four coefficients per channel.
 fn place(channel: usize, i: usize) -> usize {
     channel * (UNKNOWNS - 1) + i
 }
 
-/// ln α in a range, the coefficients of so many channels ≥ 0.
+/// ln α in a range, the coefficients of `channels` channels ≥ 0.
 fn bounds(log_alpha: [f64; 2], channels: usize) -> Bounds {
     let mut bounds = Bounds::non_negative(1 + channels * (UNKNOWNS - 1));
     [bounds.lower[0], bounds.upper[0]] = log_alpha;
     bounds
 }
 
+/// The unknowns of a joint lobe, from those of three channels at the same width.
+fn joined(channels: [&Minimum; 3]) -> DVector<f64> {
+    let coefficients = channels.iter().flat_map(|channel| channel.x.iter().skip(1));
+    let unknowns = channels[0].x.iter().take(1).chain(coefficients);
+    DVector::from_iterator(1 + 3 * (UNKNOWNS - 1), unknowns.copied())
+}
+
+/// The lobe of a solution in one channel.
 fn lobe_channel(x: &DVector<f64>, channel: usize) -> OneLobeChannel {
     let [rho_d, f0, f90, facing] = std::array::from_fn(|i| x[place(channel, i + 1)]);
     OneLobeChannel { rho_d, alpha: x[0].exp(), fresnel: Fresnel { f0, f90, f1: f0 - facing } }
@@ -284,12 +300,25 @@ fn lobe_sample(distribution: OneWidth, pair: &Pair) -> LobeSample {
     let g1 = pair.cot_theta.map(|cot| distribution.g1(cot));
     let d = distribution.ndf(pair.tan2_theta_h);
     let value = 0.25 * d * (g1[0] / pair.cos_theta[0]) * (g1[1] / pair.cos_theta[1]);
+    // Far from the peak D underflows: the derivatives of Λ need not be evaluated.
     if value == 0.0 {
         return LobeSample { value, slope: 0.0 };
     }
-    let g1_slope = |side: usize| g1[side] * distribution.lambda_by_log_alpha(pair.cot_theta[side]);
-    let slope = distribution.ndf_by_log_alpha(pair.tan2_theta_h) - g1_slope(0) - g1_slope(1);
+    // ∂ln G1/∂ln α = −G1 ∂Λ/∂ln α.
+    let [by_i, by_o] =
+        [0, 1].map(|side| g1[side] * distribution.lambda_by_log_alpha(pair.cot_theta[side]));
+    let slope = distribution.ndf_by_log_alpha(pair.tan2_theta_h) - by_i - by_o;
     LobeSample { value, slope: value * slope }
+}
+
+/// [`lobe_sample`] of at most [`LANES`] pairs.
+fn lobe_samples(distribution: OneWidth, pairs: &[Pair]) -> LobeSamples {
+    let mut samples = LobeSamples::ZERO;
+    for (l, pair) in pairs.iter().enumerate() {
+        let LobeSample { value, slope } = lobe_sample(distribution, pair);
+        (samples.value[l], samples.slope[l]) = (value, slope);
+    }
+    samples
 }
 
 /// F = f0·(1 − u − cosθd) + f90·u + F(0°)·cosθd with u = (1−cosθd)⁵: all three shares are ≥ 0.
@@ -303,6 +332,7 @@ fn published(material: &Material, c: usize) -> DVector<f64> {
     let mut x = DVector::from_column_slice(&[0.0, material.rho_d()[c], 0.0, 0.0, 0.0]);
     for lobe in material.lobes() {
         let scale = SCALE_OF_RHO_S * lobe.rho_s()[c];
+        // A published F(0°) may be below 0, which no fit's is; `minimise` clamps f0.
         let facing = (lobe.f0()[c] - lobe.f1()[c]).max(0.0);
         x += DVector::from_column_slice(&[0.0, 0.0, scale * lobe.f0()[c], scale, scale * facing]);
     }
@@ -316,7 +346,7 @@ mod tests {
     /// A Beckmann material is recovered by the Beckmann fit.
     #[test]
     fn a_beckmann_channel_is_its_own_fit() {
-        let channel = |alpha: f64| crate::material::ChannelParams {
+        let channels = [0.01, 0.04, 0.16].map(|alpha| crate::material::ChannelParams {
             rho_d: 0.2,
             rho_s: 0.3,
             alpha,
@@ -324,8 +354,7 @@ mod tests {
             f0: 0.4,
             f1: 0.1,
             masking: None,
-        };
-        let channels = [0.01, 0.04, 0.16].map(channel);
+        });
         let material = Material::of_channels("beckmann", &channels).expect("in range");
         let fit = fit(&material, Family::Beckmann);
         for (fitted, exact) in fit.per_channel.channels.iter().zip(&channels) {
@@ -336,6 +365,13 @@ mod tests {
         }
     }
 
+    /// The lobe of one channel, and the one of all, of a scan that starts from these coefficients.
+    fn found_from(search: &Search<'_>, values: [f64; UNKNOWNS]) -> (DVector<f64>, DVector<f64>) {
+        let start = DVector::from_column_slice(&values);
+        let scan = search.scan([start.clone(), start.clone(), start]);
+        (search.channel(1, &scan), search.joint(&scan))
+    }
+
     /// From whatever coefficients the scan starts, the same lobe is found.
     #[test]
     fn every_start_ends_in_the_same_place() {
@@ -344,16 +380,11 @@ mod tests {
                 Target::new(&crate::material::find(name).expect("in the catalogue").material);
             for family in [Family::Beckmann, Family::Ggx] {
                 let search = Search::new(&target, family, Metric::default());
-                let from = |values: [f64; UNKNOWNS]| {
-                    let start = DVector::from_column_slice(&values);
-                    let scan = search.scan([start.clone(), start.clone(), start]);
-                    (search.channel(1, &scan), search.joint(&scan))
-                };
-                let (channel, joint) = from([0.0, 1.0, 0.0, 0.0, 0.0]);
+                let (channel, joint) = found_from(&search, [0.0, 1.0, 0.0, 0.0, 0.0]);
                 for start in
                     [[0.0; UNKNOWNS], [0.0, 0.0, 9.0, 0.0, 9.0], [0.0, 0.3, 1e-3, 5.0, 1e-3]]
                 {
-                    let (other, other_joint) = from(start);
+                    let (other, other_joint) = found_from(&search, start);
                     // The first unknown is ln α.
                     assert!((other[0] - channel[0]).abs() < 1e-3, "{name} {start:?}");
                     assert!((other_joint[0] - joint[0]).abs() < 1e-3, "{name} {start:?}");
@@ -370,10 +401,9 @@ mod tests {
         for family in [Family::Beckmann, Family::Ggx] {
             for pair in target.pairs.iter().step_by(17) {
                 let (alpha, step) = (0.3_f64, 1e-6_f64);
-                let of = |alpha: f64| lobe_sample(family.of_width(alpha), pair);
-                let at = |sign: f64| of(alpha * (sign * step).exp()).value;
-                let difference = (at(1.0) - at(-1.0)) / (2.0 * step);
-                let LobeSample { value, slope } = of(alpha);
+                let [LobeSample { value, slope }, above, below] = [0.0, step, -step]
+                    .map(|step| lobe_sample(family.of_width(alpha * step.exp()), pair));
+                let difference = (above.value - below.value) / (2.0 * step);
                 assert!((slope - difference).abs() <= 1e-6 * (slope.abs() + value), "{pair:?}");
             }
         }

@@ -10,9 +10,9 @@ use crate::brdf::{OneLobe, OneLobeChannel};
 use crate::fit::descent::{by_steps, lowest};
 use crate::fit::measured_target::{MeasuredPair, MeasuredTarget};
 use crate::math::least_squares::{Bounds, NormalEquations};
-use crate::microfacet::{Distribution as _, Family, Fresnel};
+use crate::microfacet::{Distribution as _, Family, Fresnel, OneWidth};
 
-/// ln α that is searched.
+/// The range of ln α that is searched: α from 1e-3 to 2.
 const LOG_ALPHA: [f64; 2] = [-6.9, 0.69];
 /// Widths that a descent starts from.
 const WIDTHS: [f64; 5] = [-4.6, -3.2, -2.2, -1.3, -0.5];
@@ -24,6 +24,7 @@ const COLOURS: usize = 9;
 /// The best lobe with one width for all channels: ρd, F(0°) and F(90°) of each channel.
 #[must_use]
 pub fn fit(target: &MeasuredTarget, family: Family) -> OneLobe {
+    // f outside the highlight is about ρd/π. The bounds keep a start from black and from white.
     let typical = target.typical().map(|f| (std::f64::consts::PI * f).clamp(1e-3, 0.9));
     let colours = typical.map(|rho_d| [rho_d, 0.05, 0.3]);
     best(target, family, WIDTHS.map(|log_alpha| unknowns(&[log_alpha], &colours)).to_vec())
@@ -41,9 +42,13 @@ pub fn fit_per_channel(target: &MeasuredTarget, joint: &OneLobe) -> OneLobe {
 fn best(target: &MeasuredTarget, family: Family, starts: Vec<DVector<f64>>) -> OneLobe {
     let thin = target.thinned(THINNING);
     let bounds = bounds(starts[0].len() - COLOURS);
-    let rough = |x: &DVector<f64>| equations(&thin, family, x, &bounds);
-    let fine = |x: &DVector<f64>| equations(target, family, x, &bounds);
-    lobe_of(family, &lowest(rough, fine, starts, &bounds).x)
+    let found = lowest(
+        |x| equations(&thin, family, x, &bounds),
+        |x| equations(target, family, x, &bounds),
+        starts,
+        &bounds,
+    );
+    lobe_of(family, &found.x)
 }
 
 /// The widths, one or one for each channel, then the colours.
@@ -53,6 +58,7 @@ fn unknowns(log_alpha: &[f64], colours: &[[f64; 3]; 3]) -> DVector<f64> {
 
 /// The place of a channel's width among `widths`.
 fn width_of(channel: usize, widths: usize) -> usize {
+    // With one width it is the first for every channel, with three each its own.
     channel.min(widths - 1)
 }
 
@@ -70,6 +76,7 @@ impl Model {
         x: &DVector<f64>,
         known: Option<&Self>,
     ) -> Self {
+        // Most steps of the derivatives move a colour, and no width.
         let lobes = (0..x.len() - COLOURS).map(|w| match known {
             Some(known) if known.x[w] == x[w] => known.lobes[w].clone(),
             _ => lobe(target, family, x[w]),
@@ -88,6 +95,7 @@ impl Model {
     }
 }
 
+/// The equations of a lobe's unknowns.
 fn equations(
     target: &MeasuredTarget,
     family: Family,
@@ -95,18 +103,24 @@ fn equations(
     bounds: &Bounds,
 ) -> NormalEquations {
     let here = Model::new(target, family, x, None);
-    let model = |moved: &DVector<f64>| Model::new(target, family, moved, Some(&here));
-    by_steps(target, x, bounds, model, |model: &Model, i| model.eval(target, i))
+    by_steps(
+        target,
+        x,
+        bounds,
+        |moved| Model::new(target, family, moved, Some(&here)),
+        |model, i| model.eval(target, i),
+    )
 }
 
+/// The lobe of a solution.
 fn lobe_of(family: Family, x: &DVector<f64>) -> OneLobe {
     let widths = x.len() - COLOURS;
-    let channel = |c: usize| {
+    let channels = [0, 1, 2].map(|c| {
         let [rho_d, f0, f90] = [0, 1, 2].map(|k| x[widths + 3 * c + k]);
         let alpha = x[width_of(c, widths)].exp();
         OneLobeChannel { rho_d, alpha, fresnel: Fresnel { f0, f90, f1: 0.0 } }
-    };
-    OneLobe { family, channels: [0, 1, 2].map(channel) }
+    });
+    OneLobe { family, channels }
 }
 
 fn bounds(widths: usize) -> Bounds {
@@ -115,6 +129,7 @@ fn bounds(widths: usize) -> Bounds {
         [bounds.lower[w], bounds.upper[w]] = LOG_ALPHA;
     }
     for c in 0..3 {
+        // ρd; the Fresnel terms hold the lobe's scale and have no upper bound.
         bounds.upper[widths + 3 * c] = 1.0;
     }
     bounds
@@ -123,11 +138,13 @@ fn bounds(widths: usize) -> Bounds {
 /// D G1 G1/(4 cosθi cosθo) at every pair.
 fn lobe(target: &MeasuredTarget, family: Family, log_alpha: f64) -> Rc<[f64]> {
     let distribution = family.of_width(log_alpha.exp());
-    let v = |pair: &MeasuredPair, side: usize| {
+    target.pairs.iter().map(|pair| lobe_at(distribution, pair)).collect()
+}
+
+/// D G1 G1/(4 cosθi cosθo) = ¼ D (1/((1 + Λi) cosθi)) (1/((1 + Λo) cosθo)).
+fn lobe_at(distribution: OneWidth, pair: &MeasuredPair) -> f64 {
+    let [v_i, v_o] = [0, 1].map(|side| {
         1.0 / ((1.0 + distribution.lambda(pair.cot_theta[side])) * pair.cos_theta[side])
-    };
-    let value = |pair: &MeasuredPair| {
-        0.25 * distribution.ndf(pair.tan2_theta_h) * (v(pair, 0) * v(pair, 1))
-    };
-    target.pairs.iter().map(value).collect()
+    });
+    0.25 * distribution.ndf(pair.tan2_theta_h) * (v_i * v_o)
 }

@@ -1,4 +1,4 @@
-//! Why a fit is the way it is, where its parameters alone would surprise.
+//! Remarks on a fit whose parameters alone would surprise.
 
 use std::fmt;
 
@@ -73,15 +73,20 @@ impl Serialize for Reason {
     }
 }
 
-/// Largest albedo 4ρs·F of a colour's lobes below which they are invisible next to 16-bit white.
-const INVISIBLE: f64 = 1.0 / 65535.0;
+/// The albedo 4ρs·F of a colour's lobes up to which they are invisible next to 16-bit white.
+const MIN_VISIBLE_ALBEDO: f64 = 1.0 / 65535.0;
 
 /// Returns true if the specular term of a colour is visible: ∫ of a lobe is at most 4ρs·max F, D
 /// only says how it is spread.
 #[must_use]
 pub fn has_visible_lobe(material: &Material, c: usize) -> bool {
-    let albedo = |lobe: &LobeParams| 4.0 * lobe.rho_s()[c] * fresnel(lobe)[c].range()[1].max(0.0);
-    material.lobes().iter().map(albedo).sum::<f64>() > INVISIBLE
+    material.lobes().iter().map(|lobe| largest_albedo(lobe, c)).sum::<f64>() > MIN_VISIBLE_ALBEDO
+}
+
+/// 4 ρs max F.
+fn largest_albedo(lobe: &LobeParams, c: usize) -> f64 {
+    // A Fresnel factor that is negative everywhere darkens; it shows no lobe.
+    4.0 * lobe.rho_s()[c] * fresnel(lobe)[c].range()[1].max(0.0)
 }
 
 /// The oddities of a material that bear on every fit.
@@ -90,18 +95,23 @@ pub fn of_material(material: &Material) -> Vec<Reason> {
     Channel::ALL.into_iter().flat_map(|channel| of_channel(channel, material)).collect()
 }
 
+/// The remarks on one colour of a material.
 fn of_channel(channel: Channel, material: &Material) -> Vec<Reason> {
     let c = channel as usize;
+    // An invisible lobe's Fresnel range would be a remark on nothing.
     if !has_visible_lobe(material, c) {
         return vec![Reason::NoVisibleLobe(channel)];
     }
     let colouring = material.lobes().iter().filter(|lobe| lobe.rho_s()[c] > 0.0);
-    let of_lobe = |lobe: &LobeParams| {
-        let [least, most] = fresnel(lobe)[c].range();
-        let scaled = most * 4.0 * lobe.rho_s()[c] / std::f64::consts::PI;
-        let negative = (least < 0.0).then_some(Reason::NegativeFresnel(channel, least));
-        let above = (scaled > 1.0).then_some(Reason::FresnelAboveOne(channel, scaled));
-        negative.into_iter().chain(above)
-    };
-    colouring.flat_map(of_lobe).collect()
+    colouring.flat_map(|lobe| of_fresnel(channel, lobe)).collect()
+}
+
+/// The remarks on the ranges of a lobe's Fresnel factor and of its specular factor 4ρs F/π.
+fn of_fresnel(channel: Channel, lobe: &LobeParams) -> impl Iterator<Item = Reason> {
+    let c = channel as usize;
+    let [least, most] = fresnel(lobe)[c].range();
+    let scaled = most * 4.0 * lobe.rho_s()[c] / std::f64::consts::PI;
+    let negative = (least < 0.0).then_some(Reason::NegativeFresnel(channel, least));
+    let above = (scaled > 1.0).then_some(Reason::FresnelAboveOne(channel, scaled));
+    negative.into_iter().chain(above)
 }

@@ -25,7 +25,7 @@ pub struct SgdLobe {
 pub struct SgdModel {
     /// Diffuse albedo ρd of each colour.
     pub rho_d: [f64; 3],
-    /// The lobes, sharpest first.
+    /// The lobes, sharpest first; those of the paper's form in the order of the channels.
     pub lobes: Vec<SgdLobe>,
 }
 
@@ -34,6 +34,14 @@ impl SgdLobe {
     #[must_use]
     pub fn fresnel(&self) -> [Fresnel; 3] {
         std::array::from_fn(|c| Fresnel::sgd(self.f0[c], self.f1[c]))
+    }
+
+    /// The lobe of a material, with the fit to its exact masking.
+    fn params(&self) -> Result<LobeParams, MaterialError> {
+        let Self { alpha, p, rho_s, f0, f1 } = *self;
+        // The fit takes the exact masking; λ, c and k follow from α and p and are not unknowns.
+        let params = LobeParams::new(LobeFields { alpha, p, masking: None, rho_s, f0, f1 })?;
+        Ok(params.with_masking(FittedMasking::of(&params).params()))
     }
 }
 
@@ -44,12 +52,7 @@ impl SgdModel {
     ///
     /// A parameter out of range, or more lobes than a material can have.
     pub fn material(&self, name: &str) -> Result<Material, MaterialError> {
-        let lobe = |lobe: &SgdLobe| -> Result<LobeParams, MaterialError> {
-            let SgdLobe { alpha, p, rho_s, f0, f1 } = *lobe;
-            let params = LobeParams::new(LobeFields { alpha, p, masking: None, rho_s, f0, f1 })?;
-            Ok(params.with_masking(FittedMasking::of(&params).params()))
-        };
-        let lobes = self.lobes.iter().map(lobe).collect::<Result<_, _>>()?;
+        let lobes = self.lobes.iter().map(SgdLobe::params).collect::<Result<_, _>>()?;
         Material::new(name, self.rho_d, lobes)
     }
 }

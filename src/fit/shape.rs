@@ -21,13 +21,13 @@ pub struct LogShape {
 pub struct ShapeSamples {
     /// D G1 G1/(π cosθi cosθo).
     pub value: Vec<f64>,
-    /// By ln α.
+    /// The derivative by ln α.
     pub by_alpha: Vec<f64>,
-    /// By ln p.
+    /// The derivative by ln p.
     pub by_p: Vec<f64>,
 }
 
-/// Where a pair's two directions stand on the masking's grid.
+/// A pair's half vector, and the places of its two directions on the masking's grid.
 struct Place {
     tan2_theta_h: f64,
     inverse_cosines: f64,
@@ -41,13 +41,14 @@ struct GridPlace {
     weights: [f64; 4],
 }
 
-/// The pairs of a target as a shape sees them. G1 is evaluated on a grid of ln cotθ and interpolated
-/// by cubics: within 1e-5.
+/// The pairs of a target as a shape sees them. G1 is evaluated on a grid of ln cotθ and
+/// interpolated by cubics: within 1e-5.
 pub struct ShapeGrid {
     places: Vec<Place>,
 }
 
-/// ln cotθ of the grid's first point, its step, and its length.
+/// ln cotθ of the grid's first point, its step, and its length: from below that of any pair,
+/// whose cosθ is above 1e-3, to 0.6° from the normal, where even the widest lobe masks nothing.
 const GRID_START: f64 = -7.8;
 const GRID_STEP: f64 = 0.1;
 const GRID: usize = 126;
@@ -76,6 +77,12 @@ impl LogShape {
         SgdNdf::new(self.alpha(), self.p())
     }
 
+    /// ln D(0).
+    #[must_use]
+    pub fn log_peak(self) -> f64 {
+        self.ndf().peak().ln()
+    }
+
     /// The exact masking.
     #[must_use]
     pub fn masking(self) -> BeckmannMixture {
@@ -85,6 +92,7 @@ impl LogShape {
     /// A lobe of the shape without a colour, its masking from a table.
     #[must_use]
     pub fn lobe(self) -> Lobe<Sgd> {
+        // The albedo's quadrature asks for G1 so often that a table pays.
         let distribution = Sgd::new(self.alpha(), self.p(), Accuracy::Picture).tabulated();
         Lobe { distribution, fitted: None, rho_s: [0.0; 3], fresnel: [Fresnel::sgd(0.0, 0.0); 3] }
     }
@@ -103,6 +111,7 @@ impl LogShape {
 
 impl GridPlace {
     fn of(cot_theta: f64) -> Self {
+        // A cubic needs one point before and two after. The normal, cotθ = ∞, is put where G1 = 1.
         let at = ((cot_theta.ln() - GRID_START) / GRID_STEP).clamp(1.0, (GRID - 3) as f64);
         let first = at as usize - 1;
         let t = at - at.floor();
@@ -137,19 +146,24 @@ impl ShapeGrid {
     #[must_use]
     pub fn values(&self, shape: LogShape) -> Vec<f64> {
         let (ndf, masking) = (shape.ndf(), shape.masking());
+        // G1 depends on θ alone, and costs more than all the rest: the grid has far fewer points
+        // than there are directions.
         let grid: [f64; GRID] =
             std::array::from_fn(|k| masking.g1((GRID_START + GRID_STEP * k as f64).exp()));
-        let value = |place: &Place| {
-            let g = place.cot[0].interpolate(&grid) * place.cot[1].interpolate(&grid);
-            ndf.ndf(place.tan2_theta_h) * g * place.inverse_cosines
-        };
-        self.places.iter().map(value).collect()
+        let places = self.places.iter();
+        places
+            .map(|place| {
+                let g = place.cot[0].interpolate(&grid) * place.cot[1].interpolate(&grid);
+                ndf.ndf(place.tan2_theta_h) * g * place.inverse_cosines
+            })
+            .collect()
     }
 
     /// The same with its derivatives.
     #[must_use]
     pub fn samples(&self, shape: LogShape) -> ShapeSamples {
         let value = self.values(shape);
+        // One-sided: a central difference would cost another evaluation each.
         let [by_alpha, by_p] = shape.steps().map(|moved| {
             let moved = self.values(moved);
             moved.iter().zip(&value).map(|(moved, at)| (moved - at) / STEP).collect()

@@ -1,23 +1,22 @@
-//! Where the descents of an SGD fit start.
+//! The starts of the descents of an SGD fit.
 
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_1_PI;
 
+use crate::fit::fresnel_curve::{COEFFICIENTS, Energy, coefficient_bounds, fresnel_basis};
 use crate::fit::measured_target::MeasuredTarget;
-use crate::fit::sgd::{
-    COEFFICIENTS, Colours, Energy, LOG_ALPHA, LOG_P, Layout, coefficient_bounds, fresnel_basis,
-};
 use crate::fit::shape::{LogShape, ShapeGrid};
+use crate::fit::unknowns::{Colours, LOG_ALPHA, LOG_P, Layout};
 use crate::math::least_squares::{Bounds, box_quadratic};
 
 /// Shapes spread over all that are searched, and the best colours of every choice of them.
 ///
-/// Where the shapes are fixed, the error of f times its visibility is linear in the colours: each
+/// With fixed shapes, the error of f times its visibility is linear in the colours: each
 /// choice is a small quadratic problem.
 pub struct Library {
     shapes: Vec<LogShape>,
     energy: Energy,
-    /// Per channel the quadratic form of all coefficients: ρd, then those of each shape.
+    /// The quadratic form of each channel, of all coefficients: ρd, then those of each shape.
     forms: [Form; 3],
 }
 
@@ -28,7 +27,7 @@ struct Form {
     constant: f64,
 }
 
-/// Widths ln α and exponents p of the library.
+/// The number of widths of the library, spaced evenly in ln α, and its exponents p.
 const ALPHAS: usize = 8;
 const EXPONENTS: [f64; 4] = [0.1, 0.4, 0.8, 1.4];
 
@@ -37,6 +36,7 @@ impl Library {
     #[must_use]
     pub fn new(target: &MeasuredTarget, grid: &ShapeGrid, energy: Energy) -> Self {
         let shapes = shapes();
+        // Every shape is evaluated once; a choice of shapes only picks rows and columns.
         let values: Vec<Vec<f64>> = shapes.iter().map(|shape| grid.values(*shape)).collect();
         let forms = [0, 1, 2].map(|c| Form::new(target, &values, energy, c));
         Self { shapes, energy, forms }
@@ -55,25 +55,28 @@ impl Library {
 
     fn couples(&self) -> impl Iterator<Item = Vec<usize>> {
         let n = self.shapes.len();
+        // The two lobes are alike, so each couple counts once.
         (0..n).flat_map(move |i| (i + 1..n).map(move |j| vec![i, j]))
     }
 
     /// The best choices, no two of them alike in every shape.
     fn distinct(&self, choices: impl Iterator<Item = Vec<usize>>, most: usize) -> Vec<Vec<usize>> {
-        let error = |choice: &[usize]| -> f64 {
-            self.forms.iter().map(|form| form.best(choice, self.energy).1).sum()
-        };
         let mut rated: Vec<(f64, Vec<usize>)> =
-            choices.map(|choice| (error(&choice), choice)).collect();
+            choices.map(|choice| (self.error(&choice), choice)).collect();
         rated.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut kept: Vec<Vec<usize>> = Vec::new();
         for (_, choice) in rated {
-            let alike = |other: &Vec<usize>| other.iter().zip(&choice).all(|(a, b)| near(*a, *b));
-            if kept.len() < most && !kept.iter().any(alike) {
+            // Neighbours mostly lead to the same minimum.
+            if kept.len() < most && !kept.iter().any(|other| alike(other, &choice)) {
                 kept.push(choice);
             }
         }
         kept
+    }
+
+    /// The error that the best colours of these shapes leave.
+    fn error(&self, shapes: &[usize]) -> f64 {
+        self.forms.iter().map(|form| form.best(shapes, self.energy).1).sum()
     }
 
     /// The best shapes of each channel by itself: all the best, all the second best, and so on.
@@ -90,6 +93,7 @@ impl Library {
             }
             kept
         });
+        // The channels have nothing in common, so their ranks need not be mixed.
         let count = ranked.iter().map(Vec::len).min().unwrap_or(0).min(most);
         (0..count).map(|rank| ranked.iter().map(|kept| kept[rank]).collect()).collect()
     }
@@ -120,16 +124,22 @@ impl Library {
 
 fn shapes() -> Vec<LogShape> {
     let [low, high] = LOG_ALPHA;
-    let alpha = |i: usize| low + (high - low) * (i as f64 + 0.5) / ALPHAS as f64;
-    let of_alpha = |i: usize| EXPONENTS.map(|p| LogShape { alpha: alpha(i), p: p.ln() });
     debug_assert!(EXPONENTS.iter().all(|p| (LOG_P[0]..LOG_P[1]).contains(&p.ln())));
-    (0..ALPHAS).flat_map(of_alpha).collect()
+    // At the middles of equal intervals: none starts on a bound.
+    let alphas = (0..ALPHAS).map(|i| low + (high - low) * (i as f64 + 0.5) / ALPHAS as f64);
+    alphas.flat_map(|alpha| EXPONENTS.map(|p| LogShape { alpha, p: p.ln() })).collect()
 }
 
 /// Returns whether two shapes of the library are neighbours or the same.
 fn near(a: usize, b: usize) -> bool {
     let n = EXPONENTS.len();
+    // A shape's index is that of its width times the number of exponents, plus its exponent's.
     (a / n).abs_diff(b / n) <= 1 && (a % n).abs_diff(b % n) <= 1
+}
+
+/// Returns whether two choices have neighbouring shapes, one by one.
+fn alike(a: &[usize], b: &[usize]) -> bool {
+    a.iter().zip(b).all(|(a, b)| near(*a, *b))
 }
 
 impl Form {
@@ -138,6 +148,7 @@ impl Form {
         let mut rows = DMatrix::zeros(n, target.pairs.len());
         let mut goal = DVector::zeros(target.pairs.len());
         for (i, pair) in target.pairs.iter().enumerate() {
+            // Squares of weighted differences in f approximate the objective's ΔE².
             let weight = pair.weight.sqrt() * pair.visibility()[channel];
             let basis = fresnel_basis(energy, pair.cos_theta_d);
             goal[i] = weight * pair.f[channel];
@@ -149,6 +160,7 @@ impl Form {
             }
         }
         let hessian = &rows * rows.transpose();
+        // ½ |Aᵀx − b|² = ½ xᵀAAᵀx − (Ab)ᵀx + ½ |b|².
         Self { gradient: -(&rows * &goal), hessian, constant: 0.5 * goal.norm_squared() }
     }
 
@@ -158,6 +170,7 @@ impl Form {
         let places: Vec<usize> =
             std::iter::once(0).chain(first.flat_map(|first| first..first + COEFFICIENTS)).collect();
         let n = places.len();
+        // Neighbouring shapes have nearly the same column: the ridge keeps the matrix definite.
         let mut hessian = DMatrix::from_fn(n, n, |i, j| self.hessian[(places[i], places[j])]);
         let ridge = 1e-10 * hessian.diagonal().max();
         for i in 0..n {
@@ -175,8 +188,5 @@ fn bounds(shapes: usize, energy: Energy) -> Bounds {
     let ranges: Vec<[f64; 2]> = std::iter::once([0.0, 1.0])
         .chain((0..shapes).flat_map(|_| coefficient_bounds(energy)))
         .collect();
-    Bounds {
-        lower: DVector::from_iterator(ranges.len(), ranges.iter().map(|range| range[0])),
-        upper: DVector::from_iterator(ranges.len(), ranges.iter().map(|range| range[1])),
-    }
+    Bounds::of_ranges(&ranges)
 }

@@ -28,8 +28,8 @@ pub struct Pair {
     pub cos_theta: [f64; 2],
     /// cotθi, cotθo.
     pub cot_theta: [f64; 2],
-    /// cosθo dωi dωo over all pairs' sum, for light along `wi` and, as f is reciprocal, for light
-    /// along `wo` with the roles swapped.
+    /// cosθo dωi dωo as a share of the sum over all pairs, for light along `wi` and, as f is
+    /// reciprocal, for light along `wo` with the roles swapped.
     pub weights: [f64; 2],
 }
 
@@ -55,8 +55,8 @@ pub struct Target {
     pub pairs: Vec<Pair>,
     /// f at each pair, per channel \[1/sr\].
     pub channels: [Vec<f64>; 3],
-    /// Finer nodes of the same material, made when first asked for; none of a target that was made
-    /// fine.
+    /// Finer nodes of the same material, made when first asked for; `None` where the nodes were
+    /// chosen, so that such a target is its own judge.
     finer: Option<Arc<Finer>>,
 }
 
@@ -70,16 +70,16 @@ struct Finer {
 /// Relative residuals √(∫(g(x_fit) − g(x))² / ∫g(x)²) of a fit, in each metric per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Residuals {
-    /// Of g = x.
+    /// Those of g = x.
     pub cosine: [f64; 3],
-    /// Of g = lightness.
+    /// Those of g = lightness.
     pub cube_root: [f64; 3],
-    /// Of g = ln(1 + x).
+    /// Those of g = ln(1 + x).
     pub log: [f64; 3],
 }
 
 impl Residuals {
-    /// Those of one metric, per channel.
+    /// The residuals in one metric, per channel.
     #[must_use]
     pub fn in_metric(&self, metric: Metric) -> [f64; 3] {
         match metric {
@@ -135,29 +135,33 @@ impl Target {
     /// The target on which fits to this one are judged: of [`Resolution::JUDGED`].
     #[must_use]
     pub fn judge(&self) -> &Self {
-        let made = || Self::with_resolution(&self.material, Resolution::JUDGED);
-        self.finer.as_ref().map_or(self, |finer| finer.judge.get_or_init(made))
+        self.finer.as_ref().map_or(self, |finer| {
+            finer.judge.get_or_init(|| Self::with_resolution(&self.material, Resolution::JUDGED))
+        })
     }
 
     /// The target on which fits to this one are finished: of [`Resolution::POLISHED`].
     #[must_use]
     pub fn polish(&self) -> &Self {
-        let made = || Self::with_resolution(&self.material, Resolution::POLISHED);
-        self.finer.as_ref().map_or(self, |finer| finer.polish.get_or_init(made))
+        self.finer.as_ref().map_or(self, |finer| {
+            finer.polish.get_or_init(|| Self::with_resolution(&self.material, Resolution::POLISHED))
+        })
     }
 
-    /// How far `reflectance` is from the material, on finer nodes than a fit to this target uses.
+    /// The distance of `reflectance` from the material, on finer nodes than a fit to this target
+    /// uses.
     #[must_use]
     pub fn residuals(&self, reflectance: &(impl Reflectance + ?Sized)) -> Residuals {
         self.judge().own_residuals(reflectance)
     }
 
-    /// How far `reflectance` is from the target on its own nodes.
+    /// The distance of `reflectance` from the target on its own nodes.
     #[must_use]
     pub fn own_residuals(&self, reflectance: &(impl Reflectance + ?Sized)) -> Residuals {
-        let both =
-            |pair: &Pair| [reflectance.eval(pair.wi, pair.wo), reflectance.eval(pair.wo, pair.wi)];
-        let values: Vec<[[f64; 3]; 2]> = self.pairs.iter().map(both).collect();
+        let pairs = self.pairs.iter();
+        let values: Vec<[[f64; 3]; 2]> = pairs
+            .map(|pair| [reflectance.eval(pair.wi, pair.wo), reflectance.eval(pair.wo, pair.wi)])
+            .collect();
         let [cosine, cube_root, log] = Metric::ALL.map(|metric| {
             std::array::from_fn(|c| self.residual(metric, c, |i, side| values[i][side][c]))
         });
@@ -170,12 +174,14 @@ impl Target {
         let (mut difference, mut total) = (0.0, 0.0);
         for (i, (pair, exact)) in self.pairs.iter().zip(&self.channels[channel]).enumerate() {
             for side in 0..2 {
-                let transformed = |f: f64| metric.transform(f, pair.cos_theta[side]).0;
-                let exact = transformed(*exact);
-                difference += pair.weights[side] * (transformed(fit(i, side)) - exact).powi(2);
+                // The transform takes the light's cosine, the weight already holds the viewer's.
+                let [fitted, exact] =
+                    [fit(i, side), *exact].map(|f| metric.transform(f, pair.cos_theta[side]).0);
+                difference += pair.weights[side] * (fitted - exact).powi(2);
                 total += pair.weights[side] * exact * exact;
             }
         }
+        // A black channel has no relative error: the absolute one stands for it.
         if total > 0.0 { (difference / total).sqrt() } else { difference.sqrt() }
     }
 }
@@ -183,9 +189,14 @@ impl Target {
 /// The smallest tan²θh at which a lobe's distribution bends: α² where the power law starts, but
 /// no finer than what a pixel of a picture could show.
 fn lobe_scale(material: &Material) -> f64 {
-    let bend =
-        |lobe: &LobeParams| if lobe.p() > 0.0 { lobe.alpha() * lobe.alpha() } else { lobe.alpha() };
+    // The sharpest lobe sets the spacing; a material without lobes, ∞ here, takes the widest scale.
     material.lobes().iter().map(bend).fold(f64::INFINITY, f64::min).clamp(1e-7, 0.1)
+}
+
+/// tan²θ at which a distribution bends; without a power law, a Beckmann distribution's width.
+fn bend(lobe: &LobeParams) -> f64 {
+    // t = α + x/α: t⁻ᵖ bends at x = α², e⁻ᵗ falls from x = α on.
+    if lobe.p() > 0.0 { lobe.alpha() * lobe.alpha() } else { lobe.alpha() }
 }
 
 /// Quadrature over pairs in (ln(1 + tan²θh/s), θd, φd), with
@@ -205,6 +216,7 @@ pub fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
             }
         }
     }
+    // The solid angles' constant factors (4, 2π, a quarter turn) cancel here; `pair` omits them.
     let total: f64 = pairs.iter().flat_map(|pair| pair.weights).sum();
     pairs.iter_mut().for_each(|pair| pair.weights = pair.weights.map(|weight| weight / total));
     pairs
@@ -212,18 +224,23 @@ pub fn pairs(scale: f64, resolution: Resolution) -> Vec<Pair> {
 
 /// (tan²θh, sinθh dθh) over the hemisphere.
 fn half_angles(scale: f64, nodes: usize) -> Vec<(f64, f64)> {
-    const LARGEST: f64 = 200.0;
-    let length = (LARGEST / scale).ln_1p();
-    let node = |node: &Node| {
-        let x = scale * (node.x * length).exp_m1();
-        // sinθ dθ = ½ (1+x)^{−3/2} dx, dx = (x + s) dy.
-        (x, node.weight * length * 0.5 * (x + scale) * (1.0 + x).powf(-1.5))
-    };
-    gauss_legendre(nodes).iter().map(node).collect()
+    /// θh = 86°.
+    const MAX_TAN2_THETA_H: f64 = 200.0;
+    let length = (MAX_TAN2_THETA_H / scale).ln_1p();
+    let nodes = gauss_legendre(nodes);
+    nodes
+        .iter()
+        .map(|node| {
+            // Even steps in y = ln(1 + x/s) are even in x in the core and even in ln x in the tail.
+            let x = scale * (node.x * length).exp_m1();
+            // sinθ dθ = ½ (1+x)^{−3/2} dx, dx = (x + s) dy.
+            (x, node.weight * length * 0.5 * (x + scale) * (1.0 + x).powf(-1.5))
+        })
+        .collect()
 }
 
 /// cosθ below which a direction counts as below the horizon: less than a pixel of any picture.
-const LOWEST: f64 = 1e-3;
+const MIN_COS_THETA: f64 = 1e-3;
 
 /// The pair at θh, at a share `theta_d.x` of the largest θd there, and at φd.
 pub(super) fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) -> Option<Pair> {
@@ -235,13 +252,12 @@ pub(super) fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) ->
     // wi,o = cosθd h ± sinθd (cosφd t + sinφd b), with h in the xz plane.
     let along = sin_d * phi_d.cos();
     let across = sin_d * phi_d.sin();
-    let direction = |sign: f64| {
+    let [wi, wo] = [1.0, -1.0].map(|sign| {
         let z = cos_d * cos_h - sign * along * sin_h;
         let x = cos_d * sin_h + sign * along * cos_h;
         DVec3::new(x, sign * across, z)
-    };
-    let (wi, wo) = (direction(1.0), direction(-1.0));
-    (wi.z > LOWEST && wo.z > LOWEST).then(|| Pair {
+    });
+    (wi.z > MIN_COS_THETA && wo.z > MIN_COS_THETA).then(|| Pair {
         wi,
         wo,
         tan2_theta_h,
@@ -254,6 +270,7 @@ pub(super) fn pair(tan2_theta_h: f64, weight: f64, theta_d: Node, phi_d: f64) ->
 
 /// f of each colour at every pair.
 fn samples(material: &Material, pairs: &[Pair]) -> [Vec<f64>; 3] {
+    // 1e-6 is far below any fit's residual, and G1 is most of the cost.
     let brdf = SgdBrdf::with_accuracy(material, MaskingKind::Exact, Accuracy::Picture).tabulated();
     let mut sums = [(); 3].map(|()| vec![0.0; pairs.len()]);
     for lobe in &brdf.lobes {
@@ -273,8 +290,8 @@ fn add_lobe(lobe: &Lobe<Sgd>, pairs: &[Pair], sums: &mut [Vec<f64>; 3]) {
         if tan2_theta_h != pair.tan2_theta_h {
             (tan2_theta_h, ndf) = (pair.tan2_theta_h, lobe.distribution.ndf(pair.tan2_theta_h));
         }
-        let v = |side: usize| lobe.g1(pair.cot_theta[side]) / pair.cos_theta[side];
-        let visibility = v(0) * v(1);
+        let [v_i, v_o] = [0, 1].map(|side| lobe.g1(pair.cot_theta[side]) / pair.cos_theta[side]);
+        let visibility = v_i * v_o;
         for c in (0..3).filter(|c| lobe.rho_s[*c] > 0.0) {
             let fresnel = lobe.fresnel[c].eval(pair.cos_theta_d);
             sums[c][i] += lobe.rho_s[c] * fresnel * ndf * visibility;

@@ -40,11 +40,13 @@ impl Checks {
     /// The moments at points that are not texel centres of any small table.
     #[must_use]
     pub fn new(rows: &[Row]) -> Self {
+        // The golden ratio is irrational: no point is a fraction i/(n − 1), a texel centre.
         let u: Vec<f64> =
             (0..CHECKS).map(|k| (k as f64 + 0.618_033_988_75) / (CHECKS + 1) as f64).collect();
         let warp = warp(rows);
         let moments = (0..rows.len())
             .into_par_iter()
+            // By quadrature, so that the quick rule's error counts in that of a half table.
             .map(|row| moments(&rows[row], &cosines(&warp, row, u.iter().copied()), Rule::Exact))
             .collect();
         Self { u, moments }
@@ -82,6 +84,7 @@ impl<'a> Albedo<'a> {
     /// The table of `rows`, of a width about right for `tolerance`.
     #[must_use]
     pub fn new(rows: &'a [Row], checks: &'a Checks, tolerance: f64) -> Self {
+        // Linear interpolation errs by c/(n − 1)²; c is measured in floats, free of rounding.
         const REFERENCE_WIDTH: usize = 33;
         let reference = checks.measure(&filled(rows, REFERENCE_WIDTH, Depth::Float, Rule::Quick));
         let width = 1.0 + (REFERENCE_WIDTH - 1) as f64 * (reference / tolerance).sqrt();
@@ -92,9 +95,11 @@ impl<'a> Albedo<'a> {
 impl Sizable for Albedo<'_> {
     type Tables = Table;
     type Probe = ();
+    // The rest is for the places between the checks, where the error may be a little larger.
     const AIMS: &'static [f64] = &[0.9];
 
     fn largest_growth(&self) -> Option<f64> {
+        // Beyond that it is rounding, not width, that limits the error.
         Some(8.0)
     }
 
@@ -120,6 +125,7 @@ fn filled(rows: &[Row], width: usize, depth: Depth, rule: Rule) -> Table {
         .par_iter()
         .enumerate()
         .flat_map_iter(|(index, row)| {
+            // u = 0 and u = 1 are the centres of the first and the last texel.
             let u = (0..width).map(|i| i as f64 / (width - 1) as f64);
             term_by_term(moments(row, &cosines(&warp, index, u), rule))
         })
@@ -190,6 +196,7 @@ impl Rule {
 
 /// cosθo at coordinates of a row.
 fn cosines(warp: &Warp, row: usize, u: impl Iterator<Item = f64>) -> Vec<f64> {
+    // exp_m1 of the warp may round to a little above 1.
     u.map(|u| warp.variable(row, u).clamp(GRAZING, 1.0)).collect()
 }
 
@@ -200,6 +207,7 @@ fn moments(row: &Row, cosines: &[f64], rule: Rule) -> Vec<[[f64; 3]; TERMS]> {
         .par_iter()
         .map(|lobe| lobe.as_ref().map(|lobe| rule.moments(lobe, cosines)))
         .collect();
+    // A lobe that is not stored keeps moments of 0.
     let mut moments = vec![[[0.0; 3]; TERMS]; cosines.len()];
     for (j, of_lobe) in lobes.iter().enumerate() {
         for (moments, of_lobe) in moments.iter_mut().zip(of_lobe.iter().flatten()) {

@@ -13,8 +13,8 @@ const STEPS: [f64; 9] = [0.3, 0.1, 0.04, 0.015, 0.006, 0.003, 0.001, 4e-4, 1e-4]
 
 /// The probe with the largest error that a climb from `start` finds, and that error.
 ///
-/// Viewer, half vector and azimuth are moved one after another by ever smaller steps, as long as
-/// that raises `error` of the pair's probe.
+/// Viewer, half vector and azimuth are moved one after another by ever smaller steps, each tried
+/// once in both senses and kept where it raises `error` of the pair's probe.
 #[must_use]
 pub fn attack(brdf: &SgdBrdf, start: &Probe, error: impl Fn(&Probe) -> f64) -> (f64, Probe) {
     let Some(mut climb) = Climb::new(brdf, None, start, error) else { return (0.0, start.clone()) };
@@ -47,7 +47,8 @@ pub fn scatter(
     const WIDEST: f64 = 0.5;
     /// The smallest reach, a share of the widest: below the width of a texel's 256th.
     const SMALLEST: f64 = 1e-6;
-    /// Steps of a sequence that fills a hypercube evenly: powers of the root of x⁵ = x + 1.
+    /// Steps of a sequence that fills a hypercube evenly (Roberts 2018): powers of the inverse of the
+    /// root of x⁵ = x + 1.
     const EVEN: [f64; 4] = [
         0.856_674_883_854_502_8,
         0.733_891_856_627_126_5,
@@ -132,7 +133,9 @@ struct Place {
 
 impl Place {
     fn of([wi, wo]: [DVec3; 2]) -> Self {
+        // Not normalised: both ratios below are free of its length.
         let h = wi + wo;
+        // Logarithms, so that one step suits lobes of every width.
         Self {
             log_cot: bounded_ln(cot_theta(wo)),
             log_tan: 0.5 * bounded_ln(tan2_theta(h)),
@@ -143,6 +146,7 @@ impl Place {
     fn moved(mut self, [view, half, turn]: [f64; 3]) -> Self {
         self.log_cot += view;
         self.log_tan += half;
+        // An angle: the widest step turns it by 90°.
         self.azimuth += PI * turn;
         self
     }
@@ -153,6 +157,7 @@ impl Place {
     }
 
     fn wo(&self) -> DVec3 {
+        // An isotropic f depends on the azimuths' difference alone, so wo stays at azimuth 0.
         at_cot(self.log_cot.exp())
     }
 
@@ -165,5 +170,6 @@ impl Place {
 
 /// ln x of x within 1e±15.
 fn bounded_ln(x: f64) -> f64 {
+    // cotθ is infinite and tanθh is 0 where a climb may well start: no step leads away from ±∞.
     x.clamp(1e-15, 1e15).ln()
 }

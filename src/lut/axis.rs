@@ -62,8 +62,10 @@ impl Warp {
         match self {
             Self::Identity => x.clamp(0.0, 1.0),
             Self::Log1p { scale, max } => {
+                // The minimum takes x = ∞ to u = 1; ln_1p keeps the digits of x far below s.
                 (x.min(max[row]) / scale[row]).ln_1p() / (max[row] / scale[row]).ln_1p()
             }
+            // Divided by x, so that x = 0 gives 0 and x = ∞ gives 1, neither of them NaN.
             Self::Rational { scale } => 1.0 / (1.0 + scale[row] / x),
         }
     }
@@ -76,6 +78,7 @@ impl Warp {
             Self::Log1p { scale, max } => {
                 scale[row] * (u * (max[row] / scale[row]).ln_1p()).exp_m1()
             }
+            // ∞ at u = 1: normal incidence.
             Self::Rational { scale } => scale[row] * u / (1.0 - u),
         }
     }

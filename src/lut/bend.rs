@@ -33,9 +33,11 @@ impl Bends {
     /// Bounds on d²t/du² over `u` in \[from, to\]; `None` where none is known.
     #[must_use]
     pub fn over(&self, row: usize, channel: usize, [from, to]: Interval) -> Option<Interval> {
+        // All pieces that the interval touches, and at least one, also at u = 1.
         let first = ((from * PIECES as f64) as usize).min(PIECES - 1);
         let last = ((to * PIECES as f64).ceil() as usize).clamp(first + 1, PIECES);
         let pieces = &self.rows[row][first..last];
+        // One piece without a bound leaves the whole without.
         pieces.iter().map(|piece| piece[channel]).reduce(|a, b| Some(hull(a?, b?))).flatten()
     }
 }
@@ -51,6 +53,7 @@ fn bend(term: Term, rows: &Rows, row: usize, warp: &Warp, u: Interval) -> [Optio
     let x = u.map(|u| warp.variable(row, u));
     match (term, warp) {
         (Term::Ndf, Warp::Log1p { scale, max }) => {
+            // u = y/length, so d²t/du² = length² d²t/dy².
             let length = (max[row] / scale[row]).ln_1p();
             rows.lobes[row].lobes.each_ref().map(|lobe| {
                 lobe.as_ref().map(|lobe| ndf(lobe, scale[row], x).map(|t| t * length * length))
@@ -78,10 +81,13 @@ fn bend(term: Term, rows: &Rows, row: usize, warp: &Warp, u: Interval) -> [Optio
 fn ndf(lobe: &Lobe<Sgd>, s: f64, [from, to]: Interval) -> Interval {
     let (alpha, p) = (lobe.distribution.alpha(), lobe.distribution.p());
     let alpha2 = alpha * alpha;
+    // The one turn of q; outside the interval the clamp makes it an end.
     let turn = (alpha2 - 2.0 * s).clamp(from, to);
     let [at_from, at_to, at_turn] = [from, to, turn].map(|x| power_share(x, s, alpha2));
     let [least, largest] = hull(between(at_from, at_to), [at_turn; 2]);
+    // The sign of α² − s decides which of the two is the lower bound.
     let by_power = between(-p * (alpha2 - s) * least, -p * (alpha2 - s) * largest);
+    // −(x+s)/α falls with x.
     [-(to + s) / alpha + by_power[0], -(from + s) / alpha + by_power[1]]
 }
 
@@ -105,18 +111,23 @@ fn power_share(x: f64, s: f64, alpha2: f64) -> f64 {
 fn masking(mixture: &BeckmannMixture, s: f64, u: Interval, c: Interval) -> Interval {
     let [from, to] = c;
     let ends = [(u[0], from), (u[1], to)];
+    // At u = 1, a → c → ∞ and (1−u) a → s.
     let b = ends.map(|(u, c)| if u < 1.0 { (1.0 - u) * projected(mixture, c) } else { s });
     let b_slope = c.map(|c| b_slope(mixture, s, c));
     // b is convex: above its tangents, below its chord.
     let width = u[1] - u[0];
     let fall = (b[0] + b_slope[0] * width).min(b[0]).max((b[1] - b_slope[1] * width).min(b[1]));
+    // Tangents that fall below 0 tell nothing: b is positive, and its bound may be useless.
     let least_b = if fall > 0.0 { fall } else { f64::MIN_POSITIVE };
     let largest_b = b[0].max(b[1]);
+    // b' rises with u, so b'/b lies between the ends' slopes, each over either extreme of b.
     let [left, right] = b_slope.map(|slope| between(slope / least_b, slope / largest_b));
     let [low, high] = hull(left, right);
     let largest_square = low.abs().max(high.abs()).powi(2);
+    // The square of an interval that holds 0 begins at 0.
     let least_square =
         if low < 0.0 && high > 0.0 { 0.0 } else { low.abs().min(high.abs()).powi(2) };
+    // (b'/b)² − b''/b, with a between its ends since it rises with c.
     let curvature = curvature(mixture, s, c);
     let least_a = projected(mixture, from);
     let largest_a = if to.is_finite() { projected(mixture, to) } else { f64::INFINITY };
@@ -125,6 +136,7 @@ fn masking(mixture: &BeckmannMixture, s: f64, u: Interval, c: Interval) -> Inter
 
 /// a = c (1 + Λ), the projected area over sinθ.
 fn projected(mixture: &BeckmannMixture, c: f64) -> f64 {
+    // 0 · ∞ at the horizon itself, where a has a finite limit.
     if c > 0.0 { c * (1.0 + mixture.lambda(c)) } else { GRAZING * (1.0 + mixture.lambda(GRAZING)) }
 }
 
@@ -139,6 +151,7 @@ fn a_slope(mixture: &BeckmannMixture, c: f64) -> f64 {
 
 /// b' = −a + a' (c+s), and its limit s where cotθ is infinite.
 fn b_slope(mixture: &BeckmannMixture, s: f64, c: f64) -> f64 {
+    // ∞ − ∞ at normal incidence.
     if c.is_finite() { a_slope(mixture, c) * (c + s) - projected(mixture, c) } else { s }
 }
 
@@ -147,6 +160,7 @@ fn curvature(mixture: &BeckmannMixture, s: f64, [from, to]: Interval) -> Interva
     let mut sum = [0.0; 2];
     for j in mixture.components() {
         let scale = j.weight / (j.alpha * PI.sqrt());
+        // The positive root of c (c + s) = 2α², the only maximum: the least is at an end.
         let peak = 0.5 * ((s * s + 8.0 * j.alpha * j.alpha).sqrt() - s);
         let [a, b, top] = [from, to, peak.clamp(from, to)].map(|c| bump(c, s, j.alpha));
         sum[0] += scale * a.min(b);
@@ -165,6 +179,7 @@ fn bump(c: f64, s: f64, alpha: f64) -> f64 {
 
 /// d²F/dc² = 20 (f90−f0)(1−c)³.
 fn fresnel(curve: &Fresnel, c: Interval) -> Interval {
+    // (1−c)³ falls with c, and the term in f1 is linear: it does not bend.
     let [a, b] = c.map(|c| 20.0 * (curve.f90 - curve.f0) * (1.0 - c).max(0.0).powi(3));
     between(a, b)
 }

@@ -49,6 +49,7 @@ impl CellErrors {
     pub fn new(term: Term, table: &Table, rows: &Rows, bends: &Bends, weights: Interval) -> Self {
         let cells_per_row = table.size[0] - 1;
         let warp = term.warp(rows);
+        // flat_map_iter keeps the order: `of_cell` counts on rows one after another.
         let rows_of_cells = (0..term.row_count(rows)).into_par_iter().map(|row| {
             let warp = &warp;
             Cells { term, table, rows, bends, weights, warp, row }
@@ -74,6 +75,7 @@ impl CellErrors {
     /// The errors per texel channel at coordinate `u` of a row.
     #[must_use]
     pub fn at(&self, row: usize, u: f64) -> &[Interval; 3] {
+        // u = 1 belongs to the last cell.
         let cell = ((u * self.cells_per_row as f64) as usize).min(self.cells_per_row - 1);
         self.of_cell(row, cell)
     }
@@ -82,6 +84,7 @@ impl CellErrors {
 /// g = (1+δ_D)(1+δ_i)(1+δ_o), the factor by which D G1(wi) G1(wo) grows, from relative errors δ.
 #[must_use]
 pub fn growth([d, g1_i, g1_o]: [Interval; 3]) -> Interval {
+    // No δ is below −1, so the factors are not negative and the ends multiply.
     [0, 1].map(|end| (1.0 + d[end]) * (1.0 + g1_i[end]) * (1.0 + g1_o[end]))
 }
 
@@ -121,6 +124,7 @@ impl Cells<'_> {
             (Some(left), Some(right)) => {
                 self.error(cell, c, [left, right], [stored[0][c], stored[1][c]])
             }
+            // Nothing is stored here: whoever bounds f counts the lobe as missing.
             _ => [0.0; 2],
         })
     }
@@ -138,7 +142,9 @@ impl Cells<'_> {
     /// The error of a texel channel in a cell, as the table's encoding measures it.
     fn error(&self, cell: usize, c: usize, exact: Interval, stored: Interval) -> Interval {
         let vanishing = self.term == Term::Ndf && (stored[1] < VANISHED || exact[1] < VANISHED);
+        // Towards the end ln D falls without limit: D may be decoded as 0 there, e^{−∞} − 1 = −1.
         let off = if vanishing {
+            // Next to the closing 0, D may decode to nothing at all: e^{−∞} − 1 is −100 %.
             [f64::NEG_INFINITY, self.closing_error(exact, stored)]
         } else {
             self.texel_error(cell, c, exact, stored)
@@ -153,6 +159,7 @@ impl Cells<'_> {
     /// steeper than the exact texel; where D has vanished before, the most that D may be.
     fn closing_error(&self, exact: Interval, stored: Interval) -> f64 {
         if exact[0] < VANISHED {
+            // +100 % of the 1e-60 of the peak that `ranges` counts as the least D.
             return std::f64::consts::LN_2;
         }
         let fall = (exact[0] - exact[1]).max(0.0) * (self.shift()[1] - self.shift()[0]);
@@ -170,6 +177,7 @@ impl Cells<'_> {
         let cells = (self.table.size[0] - 1) as f64;
         let u = [cell as f64 / cells, (cell + 1) as f64 / cells];
         let rounding = [stored[0] - exact[0], stored[1] - exact[1]];
+        // ½ k w (1−w) with k over a cell; the least error is minus the largest of the negated one.
         let smooth = match self.bends.over(self.row, c, u) {
             Some(bend) => {
                 let [low, high] = bend.map(|bend| bend / (cells * cells));
@@ -180,8 +188,10 @@ impl Cells<'_> {
             }
             None => self.by_slope(c, u, stored),
         };
+        // A weight that is off moves the mixed texel along the chord.
         let rise = stored[1] - stored[0];
         let [back, forth] = self.shift().map(|shift| rise * shift);
+        // 1 for the exponential, |t| for the texel in its exponent.
         let mixing = MIX_ROUNDING * (1.0 + stored[0].abs().max(stored[1].abs()));
         [smooth[0] + back.min(forth) - mixing, smooth[1] + back.max(forth) + mixing]
     }
@@ -200,7 +210,9 @@ impl Cells<'_> {
 
 /// The largest of (1−w) a + w b + ½ k w (1−w) over w in \[0, 1\].
 fn largest_of_parabola([a, b]: Interval, k: f64) -> f64 {
+    // With k ≤ 0 the parabola hangs below its chord, and `top`, perhaps NaN, is not used.
     let ends = a.max(b);
+    // Not a number at k = 0, where it is not asked for.
     let top = (0.5 + (b - a) / k).clamp(0.0, 1.0);
     if k > 0.0 { parabola(a, b, k, top).max(ends) } else { ends }
 }

@@ -3,9 +3,9 @@
 //! # Derivation
 //!
 //! Pairs are boxes of (θo, θh, φ): the viewer, the half vector and the azimuth between them. Over a
-//! box every factor of f lies between two values that its monotony gives, and every texture errs by
-//! at most the extremes of the cells that the box touches. With D G1(wi) G1(wo) within \[S_low,
-//! S_high\] and F within an interval, a lobe's part of |f_lut − f| cosθi is at most
+//! box every factor of f lies between two values that its monotonicity gives, and every texture
+//! errs by at most the extremes of the cells that the box touches. With D G1(wi) G1(wo) within
+//! \[S_low, S_high\] and F within an interval, a lobe's part of |f_lut − f| cosθi is at most
 //!
 //! ```text
 //! (ρs/π) S_high · |F·(g − 1) + ε·g|,   g = (1+δ_D)(1+δ_i)(1+δ_o),
@@ -51,7 +51,7 @@ pub enum Verdict {
     Broken([DVec3; 2]),
 }
 
-/// Where the lobes of a material stand in the textures.
+/// Where the textures hold the lobes of a material.
 #[derive(Clone, Copy, Debug)]
 pub struct Places {
     /// Its row of `ndf` and `masking`.
@@ -119,7 +119,7 @@ fn interval(at: (u32, u32)) -> Interval {
 }
 
 impl<'a> Covering<'a> {
-    /// The proof for a material whose lobes stand at `places`.
+    /// The proof for a material whose lobes are at `places`.
     #[must_use]
     pub fn new(
         brdf: &'a SgdBrdf,
@@ -132,6 +132,8 @@ impl<'a> Covering<'a> {
         let widest = brdf.lobes.iter().map(|lobe| lobe.distribution.alpha()).fold(0.0, f64::max);
         let half_scale = ndf_scale(row);
         let half_length = (END * widest / half_scale).ln_1p();
+        // In the plane of incidence, evenly in y and on both sides. A light that misses the
+        // brightest only lowers the floor: the bound stays valid.
         let lights = (0..LIGHTS).flat_map(|k| {
             let y = half_length * k as f64 / LIGHTS as f64;
             [1.0, -1.0].map(|side| (half_scale * y.exp_m1(), side))
@@ -148,11 +150,13 @@ impl<'a> Covering<'a> {
     #[must_use]
     pub fn verdict(&self, tolerance: f64) -> Verdict {
         let whole = Part { at: [(0, 0); 3], beyond: false };
+        // A stack: a part is halved until done, so that few parts wait at a time.
         let mut parts = vec![whole, Part { beyond: true, ..whole }];
         let mut known = Known::default();
         let mut boxes = 0;
         while let Some(part) = parts.pop() {
             boxes += 1;
+            // Below the horizon there is nothing to keep.
             let Some(ranges) = self.ranges(&part) else { continue };
             let floor = self.floor(part.at[0], &mut known);
             let factors = self.factors(&ranges);
@@ -161,6 +165,7 @@ impl<'a> Covering<'a> {
             }
             match self.longest(&part, &ranges, &factors) {
                 Some(side) if boxes < MAX_BOXES => parts.extend(halves(part, side)),
+                // The caller makes a probe of the pair, which the next search has to satisfy.
                 _ => return Verdict::Broken(self.middle(&part)),
             }
         }
@@ -175,6 +180,7 @@ impl<'a> Covering<'a> {
         } else {
             interval(part.at[1]).map(|y| self.half_scale * (y * self.half_length).exp_m1())
         };
+        // Half a turn: an isotropic f is even in the azimuth. Its cosine falls, so the ends swap.
         let [first, last] = interval(part.at[2]).map(|turn| (PI * turn).cos());
         AngleRanges::new(cot_o, tan2, [last, first])
     }
@@ -206,6 +212,7 @@ impl<'a> Covering<'a> {
             let specular = lobes.map(|(lobe, factors)| {
                 times(factors.product, factors.fresnel[c]).map(|f| lobe.rho_s[c] * f)
             });
+            // F may be negative, so lobes may cancel: signs are kept in the sum.
             least_magnitude(specular.fold(diffuse, plus))
         })
     }
@@ -240,6 +247,7 @@ impl<'a> Covering<'a> {
 
     /// The brightest of the lights for each colour, in the middle of an interval of viewers.
     fn brightest(&self, at: (u32, u32)) -> [usize; 3] {
+        // The lower end of the right half.
         let middle = [self.cot_o((2 * at.0 + 1, at.1 + 1))[0]; 2];
         let seen: Vec<[f64; 3]> =
             self.lights.iter().map(|light| self.seen(middle, *light)).collect();
@@ -253,6 +261,8 @@ impl<'a> Covering<'a> {
         if let Some(floor) = known.floors.get(&at) {
             return *floor;
         }
+        // Finer intervals keep the light of the coarse one they lie in: a choice evaluates every
+        // light.
         let coarse = if at.1 > LIGHT_HALVINGS {
             (at.0 >> (at.1 - LIGHT_HALVINGS), LIGHT_HALVINGS)
         } else {
@@ -264,7 +274,8 @@ impl<'a> Covering<'a> {
         let whole = if at.1 > 0 { self.floor((at.0 / 2, at.1 - 1), known) } else { [0.0; 3] };
         let of_lights = self.seen_of(cot_o, lights);
         let mut floor: [f64; 3] = std::array::from_fn(|c| whole[c].max(of_lights[c]));
-        // Where f changes its sign another light is the brightest.
+        // Where f changes its sign another light is the brightest; the coarse one could leave a
+        // floor of 0.
         if at.1 > LIGHT_HALVINGS && (0..3).any(|c| of_lights[c] < 0.7 * whole[c] || floor[c] == 0.0)
         {
             let own = self.seen_of(cot_o, self.brightest(at));
@@ -286,14 +297,18 @@ impl<'a> Covering<'a> {
         let d = self.errors_over(0, row, ranges.tan2.map(|x| ndf.coordinate(row, x)));
         let g_i = self.errors_over(1, row, ranges.cot_i.map(|cot| masking.coordinate(row, cot)));
         let g_o = self.errors_over(1, row, ranges.cot_o.map(|cot| masking.coordinate(row, cot)));
+        // The interval of f_lut − f: errors of opposite sign do not add up.
         let mut off = [[0.0; 2]; 3];
         for (j, (lobe, factors)) in self.brdf.lobes.iter().zip(factors).enumerate() {
             let growth =
+                // A lobe that is left out has g = 0: all of it is missing.
                 if self.places.stored[j] { growth([d[j], g_i[j], g_o[j]]) } else { [0.0; 2] };
             let f = self.errors_over(2, self.places.fresnel_rows[j], ranges.cos_d);
+            // In other colours `fresnel` holds another lobe's curve, or none.
             for c in (0..3).filter(|c| lobe.rho_s[*c] > 0.0) {
                 let by_growth = times(factors.fresnel[c], growth.map(|g| g - 1.0));
                 let [low, high] = plus(by_growth, times(f[c], growth));
+                // D G1 G1 may lie far below its upper end: the interval is widened to hold 0.
                 let most = lobe.rho_s[c] * factors.product[1];
                 off[c] = plus(off[c], [most * low.min(0.0), most * high.max(0.0)]);
             }
@@ -327,11 +342,14 @@ impl<'a> Covering<'a> {
             .map(|k| lobes.iter().map(|f| f.spread[k].min(MAX_SPREAD)).fold(0.0, f64::max));
         let [tan_low, tan_high] = ranges.tan2.map(f64::sqrt);
         let view = angle_between(ranges.cos_o);
+        // wi = 2 (wo·h) h − wo turns twice as far as h, about the normal as well.
         let half = 2.0 * (tan_high.atan() - tan_low.atan());
         let turn = interval(part.at[2]);
         let azimuth = 2.0 * tan_high.atan().sin() * PI * (turn[1] - turn[0]);
+        // G1(wi) and F vary with the light, which every side turns: per radian of all three.
         let light = (of_light + angle_between(ranges.cos_d)) / (view + half + azimuth);
         let scores = [of_view + view * (1.0 + light), of_d + half * light, azimuth * light];
+        // The logarithm of a factor and an angle in radians count alike.
         let sides = (0..3).filter(|side| part.can_split(*side));
         let side = sides.max_by(|a, b| scores[*a].total_cmp(&scores[*b]))?;
         /// Where factors vary by less, halving a part changes its bound by less than is of use.
@@ -342,6 +360,7 @@ impl<'a> Covering<'a> {
 
 /// The angle between two directions in a plane, from their cosines.
 fn angle_between(cos: Interval) -> f64 {
+    // Rounding may leave [0, 1], where acos is NaN.
     cos[0].clamp(0.0, 1.0).acos() - cos[1].clamp(0.0, 1.0).acos()
 }
 

@@ -83,9 +83,11 @@ impl LutBrdf {
         let u = table.coordinate(0, row, x);
         let steps = (table.size[0] - 1) as f32;
         let u = match self.lookup {
+            // At a texel's centre its neighbour has a weight of 0.
             Lookup::Nearest => (u * steps).round() / steps,
             Lookup::Filtered => u,
         };
+        // Only the encoding of `ndf` makes use of the peaks.
         table.value(row, u, self.placed.ndf_peaks(), Filter::Fetched)
     }
 
@@ -97,6 +99,7 @@ impl LutBrdf {
         let mut sums = [0.0; 3];
         for (j, lobe) in self.placed.material.lobes().iter().enumerate() {
             let f = self.read(fresnel, self.placed.fresnel_rows[j], at.cos_d);
+            // Divided side by side: the product of two cosines underflows before G1/cosθ does.
             let v = g1_i[j] / at.cos[0] * (g1_o[j] / at.cos[1]);
             for (c, sum) in sums.iter_mut().enumerate() {
                 *sum += lobe.rho_s()[c] * f[c] * d[j] * inv_cos4 * v;
@@ -154,6 +157,7 @@ impl VolumeBrdf {
 
 /// Σρs of a material's lobes, per colour.
 fn total_rho_s(material: &Material) -> [f64; 3] {
+    // Left-out lobes too: the shares in the texels are of all lobes.
     [0, 1, 2].map(|c| material.lobes().iter().map(|lobe| lobe.rho_s()[c]).sum())
 }
 
@@ -161,6 +165,7 @@ impl Reflectance for VolumeBrdf {
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         let Some(angles) = Angles::of(wi, wo) else { return [0.0; 3] };
         let mut brdf = [0.0; 3];
+        // A bake encodes a 3D table in no other way.
         if let Some((table, Encoding::Times { factor })) =
             self.table.as_ref().map(|table| (table, table.encoding))
         {
@@ -180,7 +185,7 @@ mod tests {
     use crate::lut::bake::bake;
     use crate::lut::request::{Depths, Extent, Request};
     use crate::lut::table::Depth;
-    use crate::material::{Material, find};
+    use crate::material::{LobeFields, LobeParams, find};
     use crate::math::direction::spherical;
 
     fn baked(material: &Material, quantities: &[Quantity], size: usize, depth: Depth) -> Baked {
@@ -239,20 +244,19 @@ mod tests {
     /// Two lobes that colour all channels, through both kinds of textures.
     #[test]
     fn overlapping_lobes_come_back() {
-        let lobe = |name: &str, c: usize| {
-            let entry = find(name).expect("in the catalogue");
-            crate::material::LobeParams::new(crate::material::LobeFields {
-                alpha: entry.channels[c].alpha,
-                p: entry.channels[c].p,
+        let lobes = ["gold-paint", "pink-fabric"].map(|name| {
+            let green = &find(name).expect("in the catalogue").channels[1];
+            let fields = LobeFields {
+                alpha: green.alpha,
+                p: green.p,
                 masking: None,
                 rho_s: [0.3, 0.2, 0.1],
                 f0: [0.2, 0.3, 0.4],
                 f1: [0.0, -0.1, 0.1],
-            })
-            .expect("in range")
-        };
-        let lobes = vec![lobe("gold-paint", 1), lobe("pink-fabric", 1)];
-        let material = Material::new("two", [0.1, 0.2, 0.3], lobes).expect("two lobes");
+            };
+            LobeParams::new(fields).expect("in range")
+        });
+        let material = Material::new("two", [0.1, 0.2, 0.3], lobes.into()).expect("two lobes");
         let exact = SgdBrdf::new(&material, MaskingKind::Exact);
         let [factors, volume] =
             [&FACTORS[..], &[Quantity::Brdf3d]].map(|q| baked(&material, q, 200, Depth::Float));

@@ -20,6 +20,7 @@ impl Extremes {
             vec![cells.map(|(row, cell)| *errors.of_cell(row, cell)).collect()];
         let mut per_row = cells_per_row;
         while per_row > 1 {
+            // Row by row, so that no pair spans two rows; of an odd row the last stays alone.
             let below = &levels[levels.len() - 1];
             let level = below
                 .chunks_exact(per_row)
@@ -35,10 +36,13 @@ impl Extremes {
     #[must_use]
     pub fn over(&self, row: usize, u: Interval) -> [Interval; 3] {
         let last = self.cells_per_row - 1;
+        // The cells as `CellErrors::at` counts them, the last one included.
         let [mut first, mut end] = u.map(|u| ((u * (last + 1) as f64) as usize).min(last));
         end += 1;
         let mut extremes = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
         let mut per_row = self.cells_per_row;
+        // From the finest level up: a first or last cell that is half of a pair is taken by itself;
+        // the rest are whole pairs, single entries of the next level.
         for level in &self.levels {
             let start = row * per_row;
             if first >= end {

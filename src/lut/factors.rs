@@ -31,6 +31,15 @@ const WEIGHTS: Interval = ROUNDED_WEIGHTS;
 /// Beyond so many times the expected width it is rounding, not width, that limits the error.
 const MAX_GROWTH: f64 = 16.0;
 
+/// How the largest error is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attack {
+    /// A climb from the worst probe, by all texture units at once.
+    Climb,
+    /// Climbs of random moves from the worst probe of each viewer, by one texture unit after another.
+    Search,
+}
+
 /// A material under test: its rows, its exact values, and the places of its probes in the textures.
 pub struct Subject {
     /// Its row of `ndf` and `masking`.
@@ -53,15 +62,18 @@ pub struct Subject {
 #[derive(Clone)]
 struct Warps {
     row: usize,
+    /// Shared: each attack hands back a subject of its own.
     warps: Arc<[Warp; 3]>,
 }
 
 impl Warps {
     fn coordinates(&self, Probe { angles, .. }: &Probe) -> Coordinates {
+        // In f32, as a shader has them, so that their rounding counts in the error.
         let [ndf, masking, fresnel] = &*self.warps;
         Coordinates {
             half: ndf.coordinate(self.row, angles.tan2_h) as f32,
             masking: angles.cot.map(|cot| masking.coordinate(self.row, cot) as f32),
+            // The identity has no constants, hence no row.
             difference: fresnel.coordinate(0, angles.cos_d) as f32,
         }
     }
@@ -111,35 +123,49 @@ impl Subject {
         filters.iter().map(|filter| self.error(tables, *filter)).fold(0.0, f64::max)
     }
 
-    /// The largest error that climbs from the worst probe find, and the subject of that probe
-    /// alone.
-    fn attacked(
-        &self,
-        brdf: &SgdBrdf,
-        tables: &[Table],
-        filters: &[Filter],
-    ) -> Option<(f64, Self)> {
-        let errors: Vec<f64> =
-            self.probes.iter().map(|probe| self.at(probe).worst_error(tables, filters)).collect();
-        let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]))?;
-        let (found, probe) =
-            attack(brdf, &self.probes[worst], |probe| self.at(probe).worst_error(tables, filters));
-        Some((found, self.at(&probe)))
+    /// The error at another probe by one filter.
+    fn error_at(&self, probe: &Probe, tables: &[Table], filter: Filter) -> f64 {
+        self.probe_error(probe, &self.places.coordinates(probe), in_order(tables), filter)
     }
 
-    /// The largest error that climbs and random moves find for one filter after another, and the
-    /// subject of that probe alone.
-    fn searched(
+    /// The error at another probe by the worst of the filters.
+    fn worst_error_at(&self, probe: &Probe, tables: &[Table], filters: &[Filter]) -> f64 {
+        let errors = filters.iter().map(|filter| self.error_at(probe, tables, *filter));
+        errors.fold(0.0, f64::max)
+    }
+
+    /// The largest error that an attack finds, and the subject of its probe alone.
+    fn attacked(
         &self,
+        attack: Attack,
         brdf: &SgdBrdf,
         tables: &[Table],
         filters: &[Filter],
     ) -> Option<(f64, Self)> {
-        let viewers = Viewers::new(brdf);
-        let found =
-            filters.iter().filter_map(|filter| self.climbs(brdf, &viewers, tables, *filter));
-        let (error, probe) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (error, probe) = match attack {
+            Attack::Climb => self.climbed(brdf, tables, filters)?,
+            Attack::Search => {
+                let viewers = Viewers::new(brdf);
+                // The worst pair of one filter is seldom another's: each gets climbs of its own.
+                let found = filters
+                    .iter()
+                    .filter_map(|filter| self.climbs(brdf, &viewers, tables, *filter));
+                found.max_by(|a, b| a.0.total_cmp(&b.0))?
+            }
+        };
         Some((error, self.at(&probe)))
+    }
+
+    /// Where the climb from the worst probe ends.
+    fn climbed(
+        &self,
+        brdf: &SgdBrdf,
+        tables: &[Table],
+        filters: &[Filter],
+    ) -> Option<(f64, Probe)> {
+        let errors = self.probes.iter().map(|probe| self.worst_error_at(probe, tables, filters));
+        let worst = errors.zip(&self.probes).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(attack(brdf, worst.1, |probe| self.worst_error_at(probe, tables, filters)))
     }
 
     /// The worst probe that climbs find for a filter.
@@ -154,26 +180,30 @@ impl Subject {
         filter: Filter,
     ) -> Option<(f64, Probe)> {
         const FIRST_MOVES: u32 = 400;
-        const BEST: usize = 4;
-        const MOVES: u32 = 5000;
+        const BEST: usize = 6;
+        const MOVES: u32 = 2000;
         const LAST: usize = 2;
-        const LAST_MOVES: u32 = 1800;
-        let tables = in_order(tables);
-        let error = |probe: &Probe| {
-            self.probe_error(probe, &self.places.coordinates(probe), tables, filter)
-        };
+        const LAST_MOVES: u32 = 600;
         let by_viewer = self.probes.chunk_by(|a, b| a.pair[1] == b.pair[1]);
-        let worst = by_viewer.filter_map(|probes| {
-            let errors = probes.iter().map(|probe| (error(probe), probe));
-            errors.max_by(|a, b| a.0.total_cmp(&b.0))
+        let starts = by_viewer.filter_map(|probes| {
+            let errors = probes.iter().map(|probe| self.error_at(probe, tables, filter));
+            errors.zip(probes).max_by(|a, b| a.0.total_cmp(&b.0))
         });
-        let climb = |start: &Probe, moves| scatter(brdf, Some(viewers), start, moves, error);
-        let ends = best(worst.map(|(_, start)| climb(start, FIRST_MOVES)).collect(), BEST);
-        let ends = best(ends.iter().map(|(_, end)| climb(end, MOVES)).collect(), LAST);
+        let ends = starts.map(|(_, start)| {
+            scatter(brdf, Some(viewers), start, FIRST_MOVES, |probe| {
+                self.error_at(probe, tables, filter)
+            })
+        });
+        let ends = best(ends.collect(), BEST);
+        let ends = ends.iter().map(|(_, end)| {
+            scatter(brdf, Some(viewers), end, MOVES, |probe| self.error_at(probe, tables, filter))
+        });
+        let ends = best(ends.collect(), LAST);
         let last = ends.iter().map(|(_, end)| {
             // Its own viewer's light, not one between its neighbours'.
             let own = probes_of_pair(brdf, end.pair).into_iter().next();
-            scatter(brdf, None, own.as_ref().unwrap_or(end), LAST_MOVES, error)
+            let start = own.as_ref().unwrap_or(end);
+            scatter(brdf, None, start, LAST_MOVES, |probe| self.error_at(probe, tables, filter))
         });
         last.max_by(|a, b| a.0.total_cmp(&b.0))
     }
@@ -185,11 +215,14 @@ impl Subject {
         [ndf, masking, fresnel]: [Option<&Table>; 3],
         filter: Filter,
     ) -> f64 {
+        // Only the encoding of `ndf` makes use of the peaks.
         let peaks = self.ndf_peaks;
         let slope_density = ndf.map(|table| table.value(self.row, at.half, peaks, filter));
         let g1 = masking.map(|table| at.masking.map(|u| table.value(self.row, u, peaks, filter)));
+        // `ndf` stores D cos⁴θh.
         let inv_cos2 = 1.0 + probe.angles.tan2_h;
         let mut decoded = [0.0; 3];
+        // A lobe that is left out is missing here, so what it reflects counts as error.
         for (j, exact) in probe.lobes.iter().enumerate().filter(|(j, _)| self.visible[*j]) {
             let f = fresnel.map_or(exact.fresnel, |table| {
                 table.value(self.fresnel_rows[j], at.difference, peaks, filter)
@@ -231,6 +264,7 @@ impl Subject {
     ) -> f64 {
         let ndf = errors_at(ndf, self.row, at.half);
         let [g1_i, g1_o] = at.masking.map(|u| errors_at(masking, self.row, u));
+        // The interval of (f_lut − f) cosθi: errors of opposite sign do not add up.
         let mut off = [[0.0; 2]; 3];
         for (j, exact) in probe.lobes.iter().enumerate() {
             let growth =
@@ -276,35 +310,20 @@ fn by_term(errors: &[(Term, CellErrors)]) -> [Option<&CellErrors>; 3] {
     Term::ALL.map(|term| errors.iter().find(|(of, _)| *of == term).map(|(_, errors)| errors))
 }
 
-/// The largest error of f that climbs from each subject's worst probe find, and the subject of that
-/// probe alone.
+/// The largest error of f that an attack on each subject finds, and the subjects of those probes
+/// alone.
 #[must_use]
 pub fn attacked(
+    attack: Attack,
     subjects: &[(&SgdBrdf, Subject)],
     tables: &[Table],
     filters: &[Filter],
 ) -> (f64, Vec<Subject>) {
+    // A climb fetches thousands of times: half floats are converted once.
     let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
     let found: Vec<(f64, Subject)> = subjects
         .par_iter()
-        .filter_map(|(brdf, subject)| subject.attacked(brdf, &tables, filters))
-        .collect();
-    let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
-    (largest, found.into_iter().map(|(_, subject)| subject).collect())
-}
-
-/// As [`attacked`], by one texture unit after another, with climbs and random moves from several of
-/// each subject's worst probes.
-#[must_use]
-pub fn searched(
-    subjects: &[(&SgdBrdf, Subject)],
-    tables: &[Table],
-    filters: &[Filter],
-) -> (f64, Vec<Subject>) {
-    let tables: Vec<Table> = tables.iter().map(Table::widened).collect();
-    let found: Vec<(f64, Subject)> = subjects
-        .par_iter()
-        .filter_map(|(brdf, subject)| subject.searched(brdf, &tables, filters))
+        .filter_map(|(brdf, subject)| subject.attacked(attack, brdf, &tables, filters))
         .collect();
     let largest = found.iter().map(|(error, _)| *error).fold(0.0, f64::max);
     (largest, found.into_iter().map(|(_, subject)| subject).collect())
@@ -381,6 +400,7 @@ impl Sizable for Factors<'_> {
 
     fn largest_growth(&self) -> Option<f64> {
         let widest = self.widths.iter().copied().fold(0.0, f64::max);
+        // Beyond the largest width a texture would stop growing while others went on.
         Some(MAX_GROWTH.min(*WIDTHS.end() as f64 / widest))
     }
 
@@ -404,6 +424,7 @@ impl Sizable for Factors<'_> {
 fn interpolation(term: Term, rows: &Rows, bends: &Bends, subjects: &[Subject]) -> f64 {
     let table = term.tabulate(rows, REFERENCE_WIDTH, Depth::Float);
     let errors = CellErrors::new(term, &table, rows, bends, WEIGHTS);
+    // The other factors have no table, so they are exact.
     bound(subjects, &[(term, errors)]) * (REFERENCE_WIDTH - 1).pow(2) as f64
 }
 

@@ -31,5 +31,6 @@ pub fn plus(a: Interval, b: Interval) -> Interval {
 /// The least magnitude within an interval.
 #[must_use]
 pub fn least_magnitude([low, high]: Interval) -> f64 {
+    // Where the interval holds 0, low and −high are both negative.
     low.max(-high).max(0.0)
 }

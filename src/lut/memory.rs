@@ -31,15 +31,14 @@ pub fn of_bake(request: &Request, materials: usize, rows: usize) -> usize {
     let (Extent::Size(n), [depth, ..]) = (request.extent, request.depths.candidates()) else {
         return of_materials;
     };
-    let of_quantity = |quantity: &Quantity| match quantity {
+    let textures = request.quantities.iter().map(|quantity| match quantity {
         // Each row is a texture of its own; all are kept until they are written.
         Quantity::Brdf3d => {
             let one = of_texture(&[n, n, n], *depth);
             one.saturating_add((one / PER_TEXTURE).saturating_mul(rows.saturating_sub(1)))
         }
         _ => of_texture(&[n, rows], *depth),
-    };
-    let textures = request.quantities.iter().map(of_quantity);
+    });
     textures.fold(of_materials, usize::saturating_add)
 }
 
@@ -50,6 +49,7 @@ pub fn of_bake(request: &Request, materials: usize, rows: usize) -> usize {
 /// [`BakeError::Memory`] where the allocator refuses them, or where Linux has fewer to give.
 pub fn check(needed: usize) -> Result<(), BakeError> {
     let mut trial: Vec<u8> = Vec::new();
+    // The allocator knows limits that Linux does not report below, such as `ulimit -v`.
     let refused = trial.try_reserve_exact(needed).is_err();
     // Or the compiler takes out an allocation that nobody uses.
     black_box(&mut trial);
@@ -64,14 +64,36 @@ pub fn check(needed: usize) -> Result<(), BakeError> {
 /// swap, within the container's limit; `None` on other systems.
 fn free() -> Option<usize> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let kibibytes = |field: &str| -> Option<usize> {
-        let line = text.lines().find_map(|line| line.strip_prefix(field))?;
-        line.trim().strip_suffix("kB")?.trim().parse().ok()
-    };
-    let free = kibibytes("MemAvailable:")? + kibibytes("SwapFree:").unwrap_or(0);
-    let limit = fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
-    let limit = limit.and_then(|limit| limit.trim().parse().ok()).unwrap_or(usize::MAX);
-    Some(free.saturating_mul(1024).min(limit))
+    // Not MemFree, which leaves out the caches that Linux gives back.
+    let free = kibibytes(&text, "MemAvailable:")? + kibibytes(&text, "SwapFree:").unwrap_or(0);
+    Some(free.saturating_mul(1024).min(left_in_container()))
+}
+
+/// Bytes below the limit of the container, which sees the memory of its host in /proc.
+fn left_in_container() -> usize {
+    // Without a limit `memory.max` says `max`.
+    let limit = cgroup("memory.max").unwrap_or(usize::MAX);
+    let used = cgroup("memory.current").unwrap_or(0);
+    // Cached files are counted as used, and given back when needed.
+    limit.saturating_sub(used.saturating_sub(cached_files()))
+}
+
+/// Bytes of cached files in this control group.
+fn cached_files() -> usize {
+    let text = fs::read_to_string("/sys/fs/cgroup/memory.stat").unwrap_or_default();
+    let file = text.lines().find_map(|line| line.strip_prefix("file "));
+    file.and_then(|bytes| bytes.trim().parse().ok()).unwrap_or(0)
+}
+
+/// A number of bytes of this control group.
+fn cgroup(file: &str) -> Option<usize> {
+    fs::read_to_string(format!("/sys/fs/cgroup/{file}")).ok()?.trim().parse().ok()
+}
+
+/// A field of /proc/meminfo \[KiB\].
+fn kibibytes(text: &str, field: &str) -> Option<usize> {
+    let line = text.lines().find_map(|line| line.strip_prefix(field))?;
+    line.trim().strip_suffix("kB")?.trim().parse().ok()
 }
 
 #[cfg(test)]

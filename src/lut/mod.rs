@@ -21,12 +21,14 @@ pub(crate) mod interval;
 pub(crate) mod memory;
 #[doc(hidden)]
 pub mod probe;
+pub(crate) mod promise;
 pub(crate) mod quantity;
 pub(crate) mod range;
 pub(crate) mod ranges;
 pub(crate) mod request;
 #[doc(hidden)]
 pub mod row;
+pub(crate) mod sampled;
 pub(crate) mod search;
 pub(crate) mod slope;
 pub(crate) mod table;
@@ -35,6 +37,7 @@ pub(crate) mod term;
 pub mod visibility;
 #[doc(hidden)]
 pub mod volume;
+mod volume_lines;
 
 pub use axis::{Axis, Variable, Warp};
 pub use bake::{Baked, bake, bake_with_progress};

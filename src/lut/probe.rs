@@ -102,7 +102,9 @@ impl Reach {
         let sharpest = alphas.clone().fold(f64::INFINITY, f64::min);
         let widest = alphas.fold(0.0, f64::max);
         Self {
+            // The power factor of D bends at x = α², the exponential at x = α: this is inside both.
             tan2_theta_h: [0.1 * sharpest * sharpest.min(0.1), 60.0 * widest],
+            // Masking sets in where cotθ is about the width √α of the slopes.
             grazing: sharpest.sqrt().min(1.0),
         }
     }
@@ -135,29 +137,30 @@ pub fn probes(brdf: &SgdBrdf, seed: usize) -> Vec<Probe> {
 pub fn crossings(brdf: &SgdBrdf) -> Vec<Probe> {
     let curves = brdf.lobes.iter().filter(|lobe| lobe.rho_s.iter().any(|rho_s| *rho_s > 0.0));
     let zeros = curves.flat_map(|lobe| lobe.fresnel.iter().flat_map(zeros));
-    let mirror = |cos: f64| {
-        let wo = from_cos_sin(cos, (1.0 - cos * cos).sqrt(), 0.0);
-        probes_of_pair(brdf, [DVec3::new(-wo.x, -wo.y, wo.z), wo])
-    };
-    zeros.flat_map(mirror).collect()
+    // In the mirror pair θd = θo.
+    let viewers = zeros.map(|cos| from_cos_sin(cos, (1.0 - cos * cos).sqrt(), 0.0));
+    viewers.flat_map(|wo| probes_of_pair(brdf, [DVec3::new(-wo.x, -wo.y, wo.z), wo])).collect()
 }
 
 /// The cosθd between 0 and 1 at which a Fresnel curve is 0.
 fn zeros(fresnel: &Fresnel) -> Vec<f64> {
     const CELLS: u32 = 64;
+    (0..CELLS)
+        .map(|cell| [cell, cell + 1].map(|edge| f64::from(edge) / f64::from(CELLS)))
+        .filter(|[a, b]| fresnel.eval(*a) * fresnel.eval(*b) < 0.0)
+        .map(|cell| zero_between(fresnel, cell))
+        .collect()
+}
+
+/// The zero of a Fresnel curve between cosθd = `a` and `b`, where its signs differ.
+fn zero_between(fresnel: &Fresnel, [mut a, mut b]: [f64; 2]) -> f64 {
+    // A cell of 1/64 ends up 1e-14 wide.
     const HALVINGS: usize = 40;
-    let at = |i: u32| f64::from(i) / f64::from(CELLS);
-    let crossed = (0..CELLS)
-        .map(|i| [at(i), at(i + 1)])
-        .filter(|[a, b]| fresnel.eval(*a) * fresnel.eval(*b) < 0.0);
-    let zero = |[mut a, mut b]: [f64; 2]| {
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (a + b);
-            if fresnel.eval(a) * fresnel.eval(middle) <= 0.0 { b = middle } else { a = middle }
-        }
-        0.5 * (a + b)
-    };
-    crossed.map(zero).collect()
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (a + b);
+        if fresnel.eval(a) * fresnel.eval(middle) <= 0.0 { b = middle } else { a = middle }
+    }
+    0.5 * (a + b)
 }
 
 /// A viewer with the largest |f|cosθi of each colour that its lights give: many probes of one viewer
@@ -281,11 +284,14 @@ pub fn probes_of_pair(brdf: &SgdBrdf, [wi, wo]: [DVec3; 2]) -> Vec<Probe> {
 }
 
 fn viewer_direction(viewer: usize, index: usize, grazing: f64) -> DVec3 {
+    // One viewer in each of the even parts, at a place that differs from seed to seed.
     let offset = (viewer / 2) as f64 + spread(index, 0);
     let fraction = offset / (VIEWERS / 2) as f64;
     if viewer.is_multiple_of(2) {
+        // Short of the horizon, where no pair counts.
         return spherical(fraction * FRAC_PI_2 * 0.9999, 0.0);
     }
+    // From a thousandth of where masking sets in to thirty times it.
     at_cot(grazing * 10f64.powf(4.5 * fraction - 3.0))
 }
 
@@ -294,6 +300,7 @@ fn lights(wo: DVec3, index: usize, reach: &Reach) -> impl Iterator<Item = DVec3>
     let [inner, outer] = reach.tan2_theta_h.map(f64::ln);
     let mirrored = (0..HALF_VECTORS).map(move |k| {
         let (a, b) = (spread(index * HALF_VECTORS + k, 1), spread(index * HALF_VECTORS + k, 2));
+        // Half the logarithm of tan²θh.
         let tan = (0.5 * (inner + (outer - inner) * (k as f64 + a) / HALF_VECTORS as f64)).exp();
         // In the plane of incidence, where a grazing viewer's maximum lies, every fourth time.
         let phi = if k.is_multiple_of(4) { (k / 4 % 2) as f64 * PI } else { b * PI };
@@ -311,6 +318,7 @@ fn lights(wo: DVec3, index: usize, reach: &Reach) -> impl Iterator<Item = DVec3>
 
 /// A Kronecker sequence: the k-th of numbers that fill \[0, 1) evenly, one for each dimension.
 fn spread(k: usize, dimension: usize) -> f64 {
+    // 1 over the golden ratio, Roberts' two numbers for the square, √2 − 1 and √3 − 1.
     const IRRATIONAL: [f64; 5] = [
         0.618_033_988_749_895,
         0.754_877_666_246_693,
@@ -343,6 +351,7 @@ fn probe(brdf: &SgdBrdf, wi: DVec3, wo: DVec3) -> Option<Probe> {
             ndf: lobe.distribution.ndf(angles.tan2_h),
             fresnel: lobe.fresnel.map(|fresnel| fresnel.eval(angles.cos_d)),
             g1: angles.cot.map(|cot| lobe.g1(cot)),
+            // f cosθi: the cosine of the light cancels and is never divided by.
             scale: lobe.rho_s.map(|rho_s| rho_s * FRAC_1_PI / angles.cos[1]),
         };
         let of_lobe = slot.specular();

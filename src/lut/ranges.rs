@@ -46,13 +46,16 @@ impl AngleRanges {
     /// `None` where no light of such a pair is above the horizon.
     #[must_use]
     pub fn new(cot_o: Interval, tan2: Interval, cos_phi: Interval) -> Option<Self> {
+        // With cotθ cosines rise and sines fall, with tan²θh the other way round: ends swap.
         let cos_o = cot_o.map(|cot| if cot.is_finite() { cot * sin_of_cot(cot) } else { 1.0 });
         let sin_o = [sin_of_cot(cot_o[1]), sin_of_cot(cot_o[0])];
         let cos_h = [tan2[1], tan2[0]].map(|x| 1.0 / (1.0 + x).sqrt());
         let sin_h = tan2.map(|x| if x.is_finite() { (x / (1.0 + x)).sqrt() } else { 1.0 });
         // cosθd = cosθo cosθh + sinθo sinθh cosφ,   cosθi = cosθo cos2θh + sinθo sin2θh cosφ.
+        // Sines are not negative: their ends multiply. cosφ has both signs, and needs all products.
         let sin_sin = [sin_o[0] * sin_h[0], sin_o[1] * sin_h[1]];
         let cos_d = plus([cos_o[0] * cos_h[0], cos_o[1] * cos_h[1]], times(sin_sin, cos_phi));
+        // 2θh stays within [0, π], where the cosine falls: its ends remain ends.
         let cos_2h = cos_h.map(|cos| 2.0 * cos * cos - 1.0);
         let sin_2h = twice(sin_h, cos_h);
         let cos_i = plus(
@@ -62,6 +65,7 @@ impl AngleRanges {
         if cos_i[1] <= 0.0 || cos_d[1] <= 0.0 {
             return None;
         }
+        // A box may reach below the horizon, and rounding above 1.
         let [cos_d, cos_i] = [cos_d, cos_i].map(|cos| cos.map(|cos| cos.clamp(0.0, 1.0)));
         Some(Self { cos_o, sin_o, cot_o, tan2, cos_d, cos_i, cot_i: cos_i.map(cot_of) })
     }
@@ -69,6 +73,7 @@ impl AngleRanges {
 
 /// sin2θ over an interval of θ in [0, π/2], from its sines and cosines.
 fn twice(sin: Interval, cos: Interval) -> Interval {
+    // The smallest θ has the least sine and the largest cosine.
     let ends = [2.0 * sin[0] * cos[1], 2.0 * sin[1] * cos[0]];
     let top =
         if sin[0] <= FRAC_1_SQRT_2 && FRAC_1_SQRT_2 <= sin[1] { 1.0 } else { ends[0].max(ends[1]) };
@@ -98,6 +103,7 @@ fn log_ratio([low, high]: Interval) -> f64 {
 /// D over an interval of tan²θh.
 fn density(lobe: &Lobe<Sgd>, tan2: Interval) -> Interval {
     let least = VANISHED * lobe.distribution.peak();
+    // The slope density falls with x while cos⁻⁴θ rises: each is bounded by itself.
     let [most, fewest] = tan2.map(|x| lobe.distribution.slope_density(x));
     let [first, last] = tan2.map(|x| (1.0 + x) * (1.0 + x));
     if last.is_finite() {
@@ -113,12 +119,14 @@ fn density(lobe: &Lobe<Sgd>, tan2: Interval) -> Interval {
 /// G1 rises with cotθ; Smith's G1/cotθ falls, as cotθ (1 + Λ) has a positive derivative.
 fn visibility(lobe: &Lobe<Sgd>, ranges: &AngleRanges) -> Interval {
     const FARTHEST: f64 = 1e12;
+    // The limits at the horizon and at the normal, without 0/0 and ∞/∞.
     let cot = ranges.cot_o.map(|cot| cot.clamp(1.0 / FARTHEST, FARTHEST));
     let g1 = cot.map(|cot| lobe.g1(cot));
     let cos = ranges.cos_o.map(|cos| cos.max(1.0 / FARTHEST));
+    // Two bounds, of which the tighter holds: G1/cosθ, and (G1/cotθ)/sinθ near the horizon.
     let by_cos = [g1[0] / cos[1], g1[1] / cos[0]];
     if let Some(fitted) = &lobe.fitted {
-        // G1/cosθ = (G1/e)(e/sin e) with the elevation e.
+        // G1/cosθ = (G1/e)(e/sin e) with the elevation e: the fit need not fall over cotθ.
         let e = cot.map(f64::atan);
         let (ratio, stretch) = (fitted.ratio(e), e.map(|e| e / e.sin()));
         let by_elevation = [ratio[0] * stretch[0], ratio[1] * stretch[1]];
@@ -130,5 +138,6 @@ fn visibility(lobe: &Lobe<Sgd>, ranges: &AngleRanges) -> Interval {
 
 /// cotθ of a cosine in [0, 1].
 fn cot_of(cos: f64) -> f64 {
+    // 1 − cos² would cancel near the normal.
     cos / ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt()
 }

@@ -1,4 +1,4 @@
-//! The order of a bake: quantities, masking, size or tolerance, number format.
+//! The request for a bake: quantities, masking, size or tolerance, number format.
 
 use crate::brdf::MaskingKind;
 use crate::lut::error::BakeError;
@@ -6,7 +6,7 @@ use crate::lut::quantity::Quantity;
 use crate::lut::range::{TOLERANCES, WIDTHS};
 use crate::lut::table::Depth;
 
-/// The order of a bake.
+/// The request for a bake.
 ///
 /// # Example
 ///

@@ -65,6 +65,7 @@ impl Placed {
     /// D(0) for each texel channel; 1 where the material has no lobe.
     #[must_use]
     pub fn ndf_peaks(&self) -> [f64; MAX_LOBES] {
+        // A factor that is never used: the texels of such a channel decode to 0.
         std::array::from_fn(|j| self.ndf_peak.get(j).copied().unwrap_or(1.0))
     }
 }
@@ -84,12 +85,16 @@ impl Rows {
         let lobes: [Option<Lobe<Sgd>>; MAX_LOBES] =
             std::array::from_fn(|j| brdf.lobes.get(j).filter(|_| visible[j]).cloned());
         let first = self.fresnel.len();
+        // A lobe that is left out points to the first row: any valid one will do, as its D is 0.
         let mut fresnel_rows = [first; MAX_LOBES];
         let name = name.to_owned();
+        // A texel has one number for each colour: two lobes of one colour need a row each.
         if (0..3).all(|c| colouring(&lobes, c).count() <= 1) {
+            // A published fit: lobes that colour one channel each fill one row together.
             let curves = [0, 1, 2].map(|c| colouring(&lobes, c).next().map(|lobe| lobe.fresnel[c]));
             self.fresnel.push(FresnelRow { name: name.clone(), curves });
         } else {
+            // A refitted lobe has curves in all three colours.
             for (lobe, row) in lobes.iter().zip(&mut fresnel_rows) {
                 if let Some(lobe) = lobe {
                     *row = self.fresnel.len();
@@ -129,7 +134,7 @@ impl Row {
 }
 
 /// The bits that decide whether two materials can share a row: of every number that a texel
-/// depends on. Neither name nor diffuse colour is among them, nor ρs but for its shares.
+/// depends on. Neither name nor diffuse colour is among them, and of ρs only its shares.
 #[must_use]
 pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; MAX_LOBES]) -> Vec<u64> {
     let totals =
@@ -137,6 +142,7 @@ pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; MAX_L
     let mut key = Vec::new();
     for (lobe, visible) in material.lobes().iter().zip(visible) {
         if visible {
+            // Exact masking follows from α and p; a fit that a file lacks does as well.
             let masking = lobe.masking().filter(|_| kind == MaskingKind::Fitted);
             let fitted = masking.map_or([0.0; 3], |m| [m.lambda, m.c, m.k]);
             let shares =
@@ -144,6 +150,7 @@ pub fn sharing_key(material: &Material, kind: MaskingKind, visible: [bool; MAX_L
             let numbers = [[lobe.alpha(), lobe.p(), 0.0], lobe.f0(), lobe.f1(), fitted, shares];
             key.extend(numbers.as_flattened().iter().map(|number| number.to_bits()));
         } else {
+            // Holds the place of the lobe: channel j of a texel belongs to lobe j.
             key.push(0);
         }
     }

@@ -53,16 +53,18 @@ pub fn smallest<S: Sizable>(
 ) -> Result<S::Tables, BakeError> {
     let mut best = f64::INFINITY;
     let largest = sizable.largest_growth().ok_or(BakeError::NotReached { tolerance, best })?;
+    // Every depth is tried with one aim before the next: a margin is worth wider texels.
     for aim in S::AIMS {
         for depth in depths.candidates() {
-            let mut keeps = |growth: f64| {
+            let found = least(largest, |growth| {
+                // Before each trial, as other programs take memory too.
                 memory::check(sizable.bytes(growth, *depth))?;
                 let tables = sizable.build(growth, *depth);
                 let error = sizable.bound(&tables, probes);
                 best = best.min(error);
                 Ok((error <= aim * tolerance).then_some(tables))
-            };
-            if let Some(tables) = least(largest, &mut keeps)? {
+            })?;
+            if let Some(tables) = found {
                 return Ok(tables);
             }
         }
@@ -74,8 +76,9 @@ pub fn smallest<S: Sizable>(
 /// accepts: first doubled until accepted, then halved in between.
 fn least<T, E>(
     largest: f64,
-    keeps: &mut impl FnMut(f64) -> Result<Option<T>, E>,
+    mut keeps: impl FnMut(f64) -> Result<Option<T>, E>,
 ) -> Result<Option<T>, E> {
+    // A quarter of the expected size counts as refused untried.
     let (mut refused, mut accepted) = (0.25, largest.min(1.0));
     let mut result = keeps(accepted)?;
     while result.is_none() && accepted < largest {
@@ -85,6 +88,7 @@ fn least<T, E>(
     }
     let Some(mut result) = result else { return Ok(None) };
     while accepted / refused > STEP {
+        // By factors: the error follows a power of the size.
         let middle = (accepted * refused).sqrt();
         match keeps(middle)? {
             Some(better) => (accepted, result) = (middle, better),
@@ -137,11 +141,13 @@ pub fn verified<T, P>(
         round += 1;
         match tolerance {
             Some(tolerance) if !refuting.is_empty() && round < SEARCHES => {
+                // No pair found breaks the tolerance: these serve where a later search fails.
                 if error <= tolerance {
                     kept = Some(Verified { tables, error, unrefuted: false });
                 }
                 seen.extend(refuting);
             }
+            // After the last search; before it, such an error leads to another.
             Some(tolerance) if error > tolerance => {
                 return Err(BakeError::NotReached { tolerance, best: error });
             }

@@ -45,11 +45,10 @@ impl<'a> SlopeBounds<'a> {
     #[must_use]
     pub fn chord_error(&self, u: Interval, stored: Interval) -> Interval {
         let rise = (stored[1] - stored[0]) / (u[1] - u[0]);
-        let off = |x: f64| stored[0] + rise * (x - u[0]) - self.texel(x);
         let places = self.places(u);
         let parts = places.windows(2).map(|part| {
             let part = [part[0], part[1]];
-            let [left, right] = part.map(off);
+            let [left, right] = part.map(|x| stored[0] + rise * (x - u[0]) - self.texel(x));
             let room = self.room(part);
             [left.min(right) - room, left.max(right) + room]
         });
@@ -132,9 +131,9 @@ impl<'a> SlopeBounds<'a> {
             return [f64::NEG_INFINITY, f64::INFINITY];
         }
         let s = self.scale;
-        let square = |u: f64| (1.0 - u) * (1.0 - u) + s * s * u * u;
-        let least = square((1.0 / (1.0 + s * s)).clamp(u[0], u[1]));
-        let turn = [s / square(u[0]).max(square(u[1])), s / least];
+        let least = square_distance(s, (1.0 / (1.0 + s * s)).clamp(u[0], u[1]));
+        let most = square_distance(s, u[0]).max(square_distance(s, u[1]));
+        let turn = [s / most, s / least];
         let [bend, straight] = [curvature_of_angle, angle_per_cot].map(|f| e.map(f));
         let open = u.map(|u| 1.0 / (1.0 - u));
         let of_angle = [
@@ -143,6 +142,11 @@ impl<'a> SlopeBounds<'a> {
         ];
         plus(times(self.masking.ratio_slope(e), turn), of_angle)
     }
+}
+
+/// (1−u)² + s²u².
+fn square_distance(s: f64, u: f64) -> f64 {
+    (1.0 - u) * (1.0 - u) + s * s * u * u
 }
 
 /// (1 − sin 2e/(2e))/e², which falls with e from ⅔.

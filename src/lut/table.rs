@@ -88,8 +88,10 @@ impl Texels {
 
     /// The texels as codes over the range that they span.
     fn quantised(texels: &[[f64; 3]]) -> Self {
+        // In f32, as the entry of the file holds the range.
         let all = texels.as_flattened().iter().map(|t| *t as f32);
         let lowest = all.clone().fold(f32::INFINITY, f32::min);
+        // Texels that are all equal would span nothing, and their codes be 0/0.
         let highest = all.fold(f32::NEG_INFINITY, f32::max).max(lowest + f32::EPSILON);
         let span = f64::from(highest) - f64::from(lowest);
         let codes = texels
@@ -231,6 +233,7 @@ impl Table {
         let texel = self.fetch(row, u, filter);
         std::array::from_fn(|c| match self.encoding {
             Encoding::Identity => f64::from(texel[c]),
+            // exp in f32, as a shader computes it.
             Encoding::ExpTimes { factor: Factor::U } => f64::from(u * texel[c].exp()),
             Encoding::Times { factor } => factor[c] * f64::from(texel[c]),
             Encoding::ExpTimes { factor: Factor::NdfPeak } => factor[c] * f64::from(texel[c].exp()),
@@ -241,6 +244,7 @@ impl Table {
     #[must_use]
     pub fn fetch_3d(&self, u: [f32; 3], filter: Filter) -> [f32; 3] {
         let [i, j, k] = [0, 1, 2].map(|axis| filter.position(u[axis], self.size[axis]));
+        // Four lines along the first axis: bit 0 steps along the second, bit 1 along the third.
         let rows = [0, 1, 2, 3].map(|line| {
             let start = ((k.0 + line / 2) * self.size[1] + j.0 + line % 2) * self.size[0] + i.0;
             mix(self.texels.get(start), self.texels.get(start + 1), i.1)
@@ -292,9 +296,11 @@ impl Filter {
         let position = u.clamp(0.0, 1.0) * (width - 1) as f32;
         let position = match self {
             Self::Fetched => position,
+            // Texture units hold the weight as eight bits behind the point.
             Self::Hardware => (position * 256.0).round() / 256.0,
             Self::Truncating => (position * 256.0).floor() / 256.0,
         };
+        // u = 1 lies in the last cell, with a weight of 1.
         let left = (position as usize).min(width - 2);
         (left, position - left as f32)
     }

@@ -124,9 +124,11 @@ impl Term {
             Self::Ndf => {
                 let x = warp.variable(row, u);
                 rows.lobes[row]
+                    // In the row of a wider lobe a sharp one falls below what half floats hold.
                     .each(|lobe| lobe.distribution.closed_form().log_decay(x).max(ZERO_TEXEL))
             }
             Self::Masking => {
+                // G1/u is 0/0 at u = 0; its limit is what neighbours are mixed with.
                 let u = u.max(GRAZING);
                 let cot = warp.variable(row, u);
                 rows.lobes[row].each(|lobe| (lobe.g1(cot) / u).ln())
@@ -165,6 +167,7 @@ impl Term {
     #[must_use]
     fn absent_texel(self) -> f64 {
         match self {
+            // D = 0 takes the whole lobe away; the others may then be anything finite.
             Self::Ndf => ZERO_TEXEL,
             Self::Masking | Self::Fresnel => 0.0,
         }
@@ -175,6 +178,7 @@ impl Term {
 /// does not.
 #[must_use]
 pub fn ndf_scale(row: &Row) -> f64 {
+    // One axis serves all lobes of the row: the sharpest decides where texels are dense.
     let scales = row.visible().map(|lobe| {
         let (alpha, p) = (lobe.distribution.alpha(), lobe.distribution.p());
         (alpha * alpha * (1.0 + (0.4 / p).sqrt())).min(0.3 * alpha)
@@ -190,6 +194,7 @@ fn ndf_max(row: &Row) -> f64 {
 /// The scale s of the `masking` axis: lim cotθ/G1 at grazing, the lobes' geometric mean.
 #[must_use]
 pub fn masking_scale(row: &Row) -> f64 {
+    // One s for all lobes of the row: the geometric mean is off by the same factor both ways.
     let logs: Vec<f64> = row.visible().map(|lobe| grazing_limit(|cot| lobe.g1(cot)).ln()).collect();
     (logs.iter().sum::<f64>() / logs.len() as f64).exp()
 }

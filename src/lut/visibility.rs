@@ -8,7 +8,7 @@ use crate::microfacet::G1Polynomial;
 /// Directions that are worked on together.
 pub const BLOCK: usize = 128;
 /// A value for each direction of a block.
-pub type Lanes = [f32; BLOCK];
+pub type PerDirection = [f32; BLOCK];
 
 /// The coefficients of a polynomial that is fitted, before those that do not count are dropped.
 pub const MAX_ORDER: usize = 20;
@@ -25,7 +25,7 @@ const LOWEST: f32 = -0.7;
 /// polynomial. Below the horizon u = c/s, and v·s continues as its value at the horizon times
 /// 1 + y + y²/2, y = u d(ln v)/du there: positive, and smooth across the horizon.
 ///
-/// The bits are those of every instruction set: all fuse products and sums, in software where the
+/// Every instruction set gives the same bits: products and sums are fused, in software where the
 /// machine cannot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visibility {
@@ -65,7 +65,12 @@ impl Visibility {
 
     /// v(wi)·v(wo) of each lobe at cosθi, cosθo = `middle` ∓ `reach`.
     #[inline(always)]
-    pub fn products<A: Arithmetic>(&self, middle: &Lanes, reach: &Lanes) -> [Lanes; 3] {
+    pub fn products<A: Arithmetic>(
+        &self,
+        middle: &PerDirection,
+        reach: &PerDirection,
+    ) -> [PerDirection; 3] {
+        // A length known at compile time unrolls; coefficients beyond `count` are 0.
         match self.count {
             0..=10 => self.products_of::<A, 10>(middle, reach),
             11..=12 => self.products_of::<A, 12>(middle, reach),
@@ -79,20 +84,24 @@ impl Visibility {
     #[inline(always)]
     fn products_of<A: Arithmetic, const N: usize>(
         &self,
-        middle: &Lanes,
-        reach: &Lanes,
-    ) -> [Lanes; 3] {
+        middle: &PerDirection,
+        reach: &PerDirection,
+    ) -> [PerDirection; 3] {
         let empty = [0.0; BLOCK];
         let (mut t_i, mut t_o, mut below, mut inverse) = (empty, empty, empty, empty);
         let inverse_scale = 1.0 / self.scale;
         for k in 0..BLOCK {
+            // reach ≥ 0, so only cosθi can be below the horizon.
             let (cos_i, cos_o) = (middle[k] - reach[k], middle[k] + reach[k]);
+            // cosθo = middle + reach is never below the horizon.
             let above = max(cos_i, 0.0);
             let (length_i, length_o) = (above + self.scale, cos_o + self.scale);
+            // One division for both u and for 1/((c_i + s)(c_o + s)).
             let inverse_both = 1.0 / (length_i * length_o);
             inverse[k] = inverse_both;
             t_i[k] = A::mul_add(above * length_o * inverse_both, self.stretch, -1.0);
             t_o[k] = A::mul_add(cos_o * length_i * inverse_both, self.stretch, -1.0);
+            // 0 above the horizon, where `beyond` is 1.
             below[k] = max(min(cos_i, 0.0) * inverse_scale, LOWEST);
         }
         let mut products = [empty; 3];
@@ -100,6 +109,7 @@ impl Visibility {
             let coefficients = &self.coefficients[c];
             let slope = self.log_slope[c];
             for (k, product) in products.iter_mut().enumerate() {
+                // Horner's rule for both directions at once: two chains hide each other's latency.
                 let (mut sum_i, mut sum_o) = (coefficients[N - 1], coefficients[N - 1]);
                 for n in (0..N - 1).rev() {
                     sum_i = A::mul_add(sum_i, t_i[k], coefficients[n]);
@@ -121,6 +131,7 @@ mod tests {
     use crate::lut::row::Rows;
     use crate::material::catalog;
     use crate::math::arithmetic::Fused;
+    use crate::math::direction::cot_of_cos;
     use crate::microfacet::{Accuracy, Sgd};
 
     #[test]
@@ -138,7 +149,7 @@ mod tests {
     /// G1/cosθ.
     fn visibility_of(lobe: &Lobe<Sgd>, cos: f64) -> f64 {
         let cos = cos.clamp(1e-12, 1.0);
-        lobe.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt()) / cos
+        lobe.g1(cot_of_cos(cos)) / cos
     }
 
     fn worst_product(accuracy: f64) -> f64 {
@@ -149,7 +160,7 @@ mod tests {
             let mut rows = Rows::default();
             rows.push("", &brdf, [true; 3]);
             let visibility = Visibility::new(&rows.lobes[0], accuracy);
-            let middle: Lanes = std::array::from_fn(|k| 0.5 * (-(k as f32) / 10.0).exp());
+            let middle: PerDirection = std::array::from_fn(|k| 0.5 * (-(k as f32) / 10.0).exp());
             let reach = middle.map(|m| m * (8.0 * std::f32::consts::PI * m).cos().abs());
             let products = visibility.products::<Fused>(&middle, &reach);
             for k in 0..BLOCK {

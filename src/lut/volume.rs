@@ -30,17 +30,15 @@ use crate::lut::row::Row;
 use crate::lut::search::Sizable;
 use crate::lut::table::{Depth, ErrorNote, Filter, Table, Texels};
 use crate::lut::term::{masking_scale, ndf_scale};
-use crate::lut::visibility::{BLOCK, Lanes, Visibility};
-use crate::math::arithmetic::{Arithmetic, Fused};
-use crate::math::instruction_set::{InstructionSet, per_instruction_set};
-use crate::microfacet::{Distribution as _, Sgd};
+use crate::lut::visibility::Visibility;
+use crate::lut::volume_lines::{ColourMatrix, HalfVectors, Line, Lines};
+use crate::math::instruction_set::InstructionSet;
+use crate::microfacet::Sgd;
 
 /// Texels that a 3D table may have: 400 MB as half floats.
 pub const MAX_TEXELS: usize = 1 << 26;
 /// tan²θh/α at the end of the axis, where D is e^{−30} of its peak.
 const END: f64 = 30.0;
-/// D/q below which nothing is stored: half floats end far above, and denormal f32 are slow.
-const MIN_TEXEL: f64 = 1e-30;
 /// Beyond so many times the expected size it is rounding, not size, that limits the error.
 const MAX_GROWTH: f64 = 4.0;
 /// The sizes of the tables, one axis coarse each, that tell how fast an axis converges.
@@ -67,138 +65,6 @@ pub fn axes(row: &Row) -> Vec<Axis> {
     ]
 }
 
-/// A block of texels along the first axis: the part that every line shares.
-struct HalfVectors {
-    /// cosθh and sinθh.
-    cos: Lanes,
-    sin: Lanes,
-    /// D/q of each lobe, q its own.
-    ndf: [Lanes; 3],
-}
-
-impl HalfVectors {
-    /// The blocks that cover the steps of the first axis, at tan²θh.
-    fn blocks(row: &Row, scales: [f64; 3], tan2: &[f64]) -> Vec<Self> {
-        // The last texel closes the table with an exact 0.
-        let inner = &tan2[..tan2.len().saturating_sub(1)];
-        let starts = (0..tan2.len()).step_by(BLOCK);
-        let blocks = starts.map(|start| {
-            let block = &tan2[start..];
-            let stored = inner.get(start..).unwrap_or(&[]);
-            Self {
-                cos: lanes(block, |x| 1.0 / (1.0 + x).sqrt()),
-                sin: lanes(block, |x| (x / (1.0 + x)).sqrt()),
-                ndf: std::array::from_fn(|j| {
-                    let lobe = row.lobes[j].as_ref();
-                    lobe.map_or([0.0; BLOCK], |lobe| {
-                        lanes(stored, |x| vanishing(lobe.distribution.ndf(x) / scales[j]))
-                    })
-                }),
-            }
-        });
-        blocks.collect()
-    }
-}
-
-/// A number at each of the first values; 0 after the last of them.
-fn lanes(values: &[f64], number: impl Fn(f64) -> f64) -> Lanes {
-    let mut lanes = [0.0; BLOCK];
-    for (lane, value) in lanes.iter_mut().zip(values) {
-        *lane = number(*value) as f32;
-    }
-    lanes
-}
-
-/// A texel, 0 where it is too small to be stored.
-fn vanishing(texel: f64) -> f64 {
-    if texel < MIN_TEXEL { 0.0 } else { texel }
-}
-
-/// The numbers that the texels of a line along the first axis share.
-#[derive(Clone, Copy)]
-struct Line {
-    cos_theta_d: f32,
-    /// sinθd |cosφd|.
-    swing: f32,
-    colours: ColourMatrix,
-}
-
-/// From the lobes' D v v to the colours: (ρs/Σρs) F of each lobe and colour.
-#[derive(Clone, Copy)]
-enum ColourMatrix {
-    /// Lobe j colours channel j alone.
-    Diagonal([f32; 3]),
-    /// A column for each lobe.
-    Full([[f32; 3]; 3]),
-}
-
-impl ColourMatrix {
-    fn new(columns: [[f32; 3]; 3]) -> Self {
-        if (0..3).all(|j| (0..3).all(|c| c == j || columns[j][c] == 0.0)) {
-            Self::Diagonal([0, 1, 2].map(|c| columns[c][c]))
-        } else {
-            Self::Full(columns)
-        }
-    }
-}
-
-/// The lines of a table.
-struct Lines {
-    half: Vec<HalfVectors>,
-    visibility: Visibility,
-}
-
-impl Lines {
-    /// B/q of a line.
-    #[inline(always)]
-    fn fill<A: Arithmetic>(&self, line: Line, out: &mut [[f32; 3]]) {
-        for (half, out) in self.half.iter().zip(out.chunks_mut(BLOCK)) {
-            let (mut middle, mut reach) = (half.cos, half.sin);
-            for k in 0..BLOCK {
-                middle[k] *= line.cos_theta_d;
-                reach[k] *= line.swing;
-            }
-            let mut lobes = self.visibility.products::<A>(&middle, &reach);
-            match line.colours {
-                ColourMatrix::Diagonal(fresnel) => {
-                    for ((lobe, ndf), fresnel) in lobes.iter_mut().zip(&half.ndf).zip(fresnel) {
-                        for (lobe, ndf) in lobe.iter_mut().zip(ndf) {
-                            *lobe *= ndf * fresnel;
-                        }
-                    }
-                    for (k, texel) in out.iter_mut().enumerate() {
-                        *texel = [lobes[0][k], lobes[1][k], lobes[2][k]];
-                    }
-                }
-                ColourMatrix::Full(columns) => {
-                    for (lobe, ndf) in lobes.iter_mut().zip(&half.ndf) {
-                        for (lobe, ndf) in lobe.iter_mut().zip(ndf) {
-                            *lobe *= ndf;
-                        }
-                    }
-                    for (k, texel) in out.iter_mut().enumerate() {
-                        let mut sums = [0.0; 3];
-                        for (lobe, column) in lobes.iter().zip(&columns) {
-                            for (sum, fresnel) in sums.iter_mut().zip(column) {
-                                *sum = A::mul_add(lobe[k], *fresnel, *sum);
-                            }
-                        }
-                        *texel = sums;
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The kernel once per instruction set, each with the same bits.
-mod dispatch {
-    use super::*;
-
-    per_instruction_set!(fill<A: Fused, baseline Fused>
-        (lines: &Lines, line: Line, out: &mut [[f32; 3]]) -> () { lines.fill::<A>(line, out) });
-}
-
 /// The 3D table of a row with the given texels along each axis.
 #[must_use]
 pub fn tabulate(row: &Row, index: usize, size: [usize; 3], depth: Depth) -> Table {
@@ -220,6 +86,8 @@ pub fn tabulate_on(
     let scales = row.lobes.each_ref().map(|lobe| lobe.as_ref().map_or(1.0, lobe_scale));
     let shares = [0, 1, 2].map(|c| row.shares(c));
     let factor: [f64; 3] = std::array::from_fn(|c| colour_factor(row, c, &shares[c]));
+    // D/q of each lobe, with a q of its own, stays in the range of f32; the weights turn it into a
+    // share of the colour's q.
     let weights = [0, 1, 2].map(|j| [0, 1, 2].map(|c| shares[c][j] * (scales[j] / factor[c])));
     let colours: Vec<ColourMatrix> =
         cos_d.iter().map(|cos| ColourMatrix::new(fresnel_columns(row, weights, *cos))).collect();
@@ -227,7 +95,8 @@ pub fn tabulate_on(
         half: HalfVectors::blocks(row, scales, &tan2),
         visibility: Visibility::new(row, masking_accuracy(depth)),
     };
-    let fill_line = |line: usize, out: &mut [[f32; 3]]| {
+    let texels = fill(size, depth, &|line, out: &mut [[f32; 3]]| {
+        // Lines run along θh; then θd varies, and |cosφd| last.
         let (d, phi) = (line % size[1], line / size[1]);
         let sin_d = (1.0 - cos_d[d] * cos_d[d]).max(0.0).sqrt();
         let line = Line {
@@ -235,14 +104,14 @@ pub fn tabulate_on(
             swing: (sin_d * cos_phi[phi]) as f32,
             colours: colours[d],
         };
-        dispatch::fill(set.or_widest(), &lines, line, out);
-    };
+        lines.fill_on(set.or_widest(), line, out);
+    });
     Table {
         quantity: Quantity::Brdf3d,
         axes,
         size: size.to_vec(),
         encoding: Encoding::Times { factor },
-        texels: fill(size, depth, &fill_line),
+        texels,
         rows: vec![row.name.clone()],
         row: Some(index),
         error: ErrorNote::default(),
@@ -268,6 +137,7 @@ fn fresnel_columns(row: &Row, weights: [[f64; 3]; 3], cos_d: f64) -> [[f32; 3]; 
 fn fill(size: [usize; 3], depth: Depth, line: &(impl Fn(usize, &mut [[f32; 3]]) + Sync)) -> Texels {
     let count = size.iter().product();
     match depth {
+        // A request for 16-bit integers has been refused: this quantity does not fit a range.
         Depth::Float | Depth::Unorm16 => {
             let mut texels = vec![[0.0; 3]; count];
             let lines = texels.par_chunks_mut(size[0]).enumerate();
@@ -275,12 +145,14 @@ fn fill(size: [usize; 3], depth: Depth, line: &(impl Fn(usize, &mut [[f32; 3]]) 
             Texels::Float(texels)
         }
         Depth::Half => {
+            // The system hands out zeroed pages as the threads first write them.
             let mut texels: Vec<[f16; 3]> = bytemuck::zeroed_vec(count);
             let lines = texels.par_chunks_mut(size[0]).enumerate();
             lines.for_each_init(
                 || vec![[0.0; 3]; size[0]],
                 |single, (i, out)| {
                     line(i, single);
+                    // Vector instructions convert a whole line at a time.
                     out.as_flattened_mut().convert_from_f32_slice(single.as_flattened());
                 },
             );
@@ -293,6 +165,7 @@ fn fill(size: [usize; 3], depth: Depth, line: &(impl Fn(usize, &mut [[f32; 3]]) 
 fn lobe_scale(lobe: &Lobe<Sgd>) -> f64 {
     let colours = (0..3).filter(|c| lobe.rho_s[*c] > 0.0);
     let fresnel = colours.map(|c| lobe.fresnel[c].max_magnitude()).fold(0.0, f64::max);
+    // A lobe without any Fresnel term must not be divided by 0.
     largest_product(lobe) * if fresnel > 0.0 { fresnel } else { 1.0 }
 }
 
@@ -337,6 +210,7 @@ fn probe_error(table: &Table, factor: [f64; 3], probe: &Probe) -> f64 {
     ];
     // Σρs/(π cosθo) per colour.
     let scale = [0, 1, 2].map(|c| probe.lobes.iter().map(|lobe| lobe.scale[c]).sum::<f64>());
+    // f cosθi = Σρs/π · B · cosθi, and `scale` is over cosθo.
     let mut largest: f64 = 0.0;
     for filter in Filter::COVERED {
         let texel = table.fetch_3d(u, filter);
@@ -348,7 +222,7 @@ fn probe_error(table: &Table, factor: [f64; 3], probe: &Probe) -> f64 {
     largest
 }
 
-/// The probe with the largest error that climbs from the worst few of `probes` find.
+/// The probes at which climbs from the worst few of `probes` end.
 #[must_use]
 pub fn attacked<'a>(
     table: &Table,
@@ -357,15 +231,21 @@ pub fn attacked<'a>(
 ) -> Vec<Probe> {
     const CLIMBS: usize = 8;
     const MOVES: u32 = 600;
-    let error = |probe: &Probe| measure(table, std::slice::from_ref(probe));
-    let mut starts: Vec<(f64, &Probe)> = probes.map(|probe| (error(probe), probe)).collect();
+    let mut starts: Vec<(f64, &Probe)> =
+        probes.map(|probe| (error_at(table, probe), probe)).collect();
+    // A stable sort: equal errors keep their order, and the table its bytes.
     starts.sort_by(|a, b| b.0.total_cmp(&a.0));
     starts.truncate(CLIMBS);
-    let climb = |(_, start): (f64, &Probe)| {
-        let (_, probe) = attack(brdf, start, error);
-        scatter(brdf, None, &probe, MOVES, error).1
-    };
-    starts.into_par_iter().map(climb).collect()
+    let climbs = starts.into_par_iter().map(|(_, start)| {
+        let (_, probe) = attack(brdf, start, |probe| error_at(table, probe));
+        scatter(brdf, None, &probe, MOVES, |probe| error_at(table, probe)).1
+    });
+    climbs.collect()
+}
+
+/// The largest error at one probe.
+fn error_at(table: &Table, probe: &Probe) -> f64 {
+    measure(table, std::slice::from_ref(probe))
 }
 
 /// The 3D table of a row, in search of its size.
@@ -387,6 +267,7 @@ impl<'a> Volume<'a> {
     pub fn new(row: &'a Row, index: usize, probes: &[Probe], tolerance: f64) -> Self {
         let aim = Self::AIMS[0] * tolerance;
         let expected = std::array::from_fn(|axis| {
+            // Floats, so that c is of interpolation alone.
             let error = measure(&tabulate(row, index, REFERENCE[axis], Depth::Float), probes);
             let cells = (REFERENCE[axis][axis] - 1) as f64;
             1.0 + cells * (3.0 * error / aim).sqrt()
@@ -408,6 +289,7 @@ impl Sizable for Volume<'_> {
     const AIMS: &'static [f64] = &[0.8, 1.0];
 
     fn largest_growth(&self) -> Option<f64> {
+        // Downwards in steps of 5 % to the first that fits.
         let mut growths = (0..200).map(|k| MAX_GROWTH * 0.95_f64.powi(k));
         growths.find(|growth| self.grown(*growth).iter().product::<usize>() <= MAX_TEXELS)
     }
@@ -440,11 +322,11 @@ mod tests {
             let brdf = SgdBrdf::with_accuracy(&entry.material, kind, Accuracy::Table).tabulated();
             let mut rows = Rows::default();
             rows.push("", &brdf, [true, true, false]);
-            let on = |set| tabulate_on(set, &rows.lobes[0], 0, [70, 9, 5], Depth::Float).texels;
-            let baseline = on(InstructionSet::Baseline);
-            for set in InstructionSet::available() {
-                assert!(on(set) == baseline, "{} on {}", entry.material.name, set.name());
-            }
+            let sets = std::iter::once(InstructionSet::Baseline).chain(InstructionSet::available());
+            let texels: Vec<Texels> = sets
+                .map(|set| tabulate_on(set, &rows.lobes[0], 0, [70, 9, 5], Depth::Float).texels)
+                .collect();
+            assert!(texels.windows(2).all(|pair| pair[0] == pair[1]), "{}", entry.material.name);
         }
     }
 }

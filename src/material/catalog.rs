@@ -3,7 +3,8 @@
 use std::sync::LazyLock;
 
 use crate::material::embedded::numbers;
-use crate::material::parameters::{ChannelParams, MaskingParams, Material};
+use crate::material::lobe::MaskingParams;
+use crate::material::parameters::{ChannelParams, Material};
 use crate::material::refit::{SUFFIX, refit, refit_of};
 
 /// The table as published, one line per material and channel, rows r, g, b.
@@ -75,6 +76,7 @@ impl Edition {
     pub fn materials(self) -> impl Iterator<Item = &'static Material> {
         let published = catalog().iter().map(|entry| &entry.material);
         let refitted = refit().iter().map(|entry| &entry.material);
+        // Both iterators with one of them empty: the function has one return type.
         let (published, refitted) = match self {
             Self::Published => (Some(published), None),
             Self::Refit => (None, Some(refitted)),
@@ -85,8 +87,9 @@ impl Edition {
     /// The edition that holds this very material.
     #[must_use]
     pub fn of(material: &Material) -> Option<Self> {
-        let holds = |edition: &Self| edition.material(&material.name) == Some(material);
-        [Self::Published, Self::Refit].into_iter().find(holds)
+        [Self::Published, Self::Refit]
+            .into_iter()
+            .find(|edition| edition.material(&material.name) == Some(material))
     }
 
     /// The other one.
@@ -158,6 +161,7 @@ fn nearest_names(name: &str) -> Vec<&'static str> {
 
 fn parse_table() -> Vec<CatalogEntry> {
     let rows: Vec<(&str, ChannelParams, Printed)> = TABLE.lines().skip(1).map(parse_row).collect();
+    // A material's channels are three consecutive lines.
     rows.chunks_exact(3)
         .map(|rgb| {
             let channels = std::array::from_fn(|c| rgb[c].1);
@@ -173,6 +177,7 @@ fn parse_table() -> Vec<CatalogEntry> {
 
 /// The resemblance of a name to another, larger where it is part of it.
 fn similarity(name: &str, other: &str) -> f64 {
+    // Names resemble each other by at most 1, so those that contain `name` come first.
     let part = if other.contains(name) { 1.0 } else { 0.0 };
     strsim::jaro_winkler(&name.to_lowercase(), other) + part
 }

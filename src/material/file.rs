@@ -34,10 +34,8 @@ use std::path::Path;
 use toml::de::DeTable;
 
 use crate::material::file_error::{Located, MaterialFileError, Problem};
-use crate::material::parameters::{
-    Channel, ChannelParams, LobeFields, LobeParams, MAX_LOBES, MaskingParams, Material,
-    MaterialError,
-};
+use crate::material::lobe::{LobeFields, LobeParams, MAX_LOBES, MaskingParams};
+use crate::material::parameters::{Channel, ChannelParams, Material, MaterialError};
 use crate::material::section::{MASKING, Section};
 
 /// The largest material file that is read; a real one has under 1 KiB.
@@ -61,14 +59,23 @@ const REQUIRED: [&str; 6] = ["rho_d", "rho_s", "alpha", "p", "f0", "f1"];
 /// # Ok::<(), sgdbake::material::MaterialFileError>(())
 /// ```
 pub fn load(path: &Path) -> Result<Material, MaterialFileError> {
-    let unreadable = |source| MaterialFileError::Unreadable { path: path.to_owned(), source };
-    let size = std::fs::metadata(path).map_err(unreadable)?.len();
-    if size > MAX_BYTES {
-        let problem = Problem::TooLarge(size);
-        return Err(MaterialFileError::Invalid { path: path.to_owned(), line: 1, problem });
+    match text(path) {
+        Ok(Ok(text)) => parse(&text, path),
+        Ok(Err(problem)) => {
+            Err(MaterialFileError::Invalid { path: path.to_owned(), line: 1, problem })
+        }
+        Err(source) => Err(MaterialFileError::Unreadable { path: path.to_owned(), source }),
     }
-    let text = std::fs::read_to_string(path).map_err(unreadable)?;
-    parse(&text, path)
+}
+
+/// The text of a file that is not too large.
+fn text(path: &Path) -> std::io::Result<Result<String, Problem>> {
+    // Before it is read, as reading takes the memory of whatever file was named.
+    let size = std::fs::metadata(path)?.len();
+    if size > MAX_BYTES {
+        return Ok(Err(Problem::TooLarge(size)));
+    }
+    std::fs::read_to_string(path).map(Ok)
 }
 
 /// Parses the text of a material file; `path` is what errors name.
@@ -115,6 +122,7 @@ fn material(text: &str) -> Result<Material, Located> {
     if name.trim().is_empty() {
         return Err((Problem::EmptyName, file.span_of("name")));
     }
+    // Either key alone means the form of lobes, whose errors then name what is missing.
     if file.has("rho_d") || file.has("lobe") {
         lobe_form(name, &file)
     } else {
@@ -157,6 +165,7 @@ fn channel_params(section: &Section<'_>) -> Result<ChannelParams, Located> {
         f0: section.number("f0")?,
         f1: section.number("f1")?,
     };
+    // Here, where the table is known; `of_channels` would not tell which channel it is.
     params.validate().map_err(|error| section.out_of_range(error))?;
     Ok(params)
 }
@@ -178,6 +187,7 @@ fn lobe_params(section: &Section<'_>) -> Result<LobeParams, Located> {
 #[must_use]
 pub fn to_toml(material: &Material) -> String {
     let mut text = format!("name = {}\n", toml::Value::from(material.name.as_str()));
+    // `{:?}` writes the shortest digits that read back as the same number.
     let _ = writeln!(text, "rho_d = {:?}", material.rho_d());
     for lobe in material.lobes() {
         let _ = writeln!(text, "\n[[lobe]]\nalpha = {:?}\np = {:?}", lobe.alpha(), lobe.p());
@@ -257,11 +267,14 @@ f1 = -0.6
         assert_eq!(back, material);
     }
 
+    fn file(body: &str) -> String {
+        format!("name = \"m\"\nrho_d = [0, 0, 0]\n{body}")
+    }
+
     #[test]
     fn the_lobe_form_is_refused_where_it_is_wrong() {
         let lobe =
             "[[lobe]]\nalpha = 0.1\np = 0.5\nrho_s = [1, 2, 3]\nf0 = [0, 0, 0]\nf1 = [0, 0, 0]\n";
-        let file = |body: &str| format!("name = \"m\"\nrho_d = [0, 0, 0]\n{body}");
         let cases = [
             (file(&lobe.repeat(4)), "m.toml:21: found 4 [[lobe]] tables"),
             (file(&lobe.replace("p = 0.5\n", "")), "m.toml:3: `lobe 1.p` is missing"),

@@ -3,7 +3,8 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use crate::material::parameters::{MAX_LOBES, ParameterError};
+use crate::material::lobe::MAX_LOBES;
+use crate::material::range::ParameterError;
 
 /// The refusal of a material file.
 #[derive(Debug, thiserror::Error)]

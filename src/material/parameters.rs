@@ -1,8 +1,11 @@
-//! The numbers that describe a material, and the ranges in which they mean something.
+//! The numbers that describe a material.
 //!
 //! A [`Material`] is valid by construction: everything that is made of one cannot fail.
 
 use serde::{Deserialize, Serialize};
+
+use crate::material::lobe::{LobeFields, LobeParams, MAX_LOBES, MaskingParams};
+use crate::material::range::{ParameterError, SCALE};
 
 /// A colour channel of linear RGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -29,31 +32,6 @@ impl Channel {
             Self::B => "b",
         }
     }
-}
-
-/// The lobes that a material may have: a texel holds a number for each.
-pub const MAX_LOBES: usize = 3;
-
-/// Parameters of the published masking fit (Bagher et al. 2012, equation 15).
-///
-/// # Example
-///
-/// ```
-/// use sgdbake::{MaskingParams, named};
-///
-/// let masking = named("gold-paint")?.lobes()[0].masking();
-/// let MaskingParams { lambda, c, k } = masking.expect("the paper prints one");
-/// assert!(lambda > 0.0 && c > 0.0 && k > 0.0);
-/// # Ok::<(), sgdbake::material::UnknownMaterial>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MaskingParams {
-    /// Amplitude λ > 0; not Smith's Λ.
-    pub lambda: f64,
-    /// Rate c > 0.
-    pub c: f64,
-    /// Exponent k > 0.
-    pub k: f64,
 }
 
 /// SGD parameters of one colour channel: a row of the paper's table.
@@ -88,64 +66,6 @@ pub struct ChannelParams {
     pub masking: Option<MaskingParams>,
 }
 
-/// A lobe: one distribution of normals, hence one D and one G1, with the colour that it reflects.
-///
-/// Its share of f is (ρs/π) F D G/(cosθi cosθo) per colour, F(cosθd) = f0 + (1−f0)(1−cosθd)⁵ −
-/// f1·cosθd (Bagher et al. 2012, equations 8 and 9).
-///
-/// # Example
-///
-/// ```
-/// use sgdbake::{LobeFields, LobeParams, Material};
-///
-/// let lobe = LobeParams::new(LobeFields {
-///     alpha: 0.1, p: 0.8, masking: None, rho_s: [0.2; 3], f0: [0.04; 3], f1: [0.0; 3],
-/// })?;
-/// let material = Material::new("my-plastic".to_owned(), [0.3, 0.1, 0.1], vec![lobe])?;
-/// assert_eq!(material.lobes()[0].alpha(), 0.1);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "LobeFields")]
-pub struct LobeParams {
-    alpha: f64,
-    p: f64,
-    masking: Option<MaskingParams>,
-    rho_s: [f64; 3],
-    f0: [f64; 3],
-    f1: [f64; 3],
-}
-
-/// The fields of a [`LobeParams`] before they are checked.
-///
-/// # Example
-///
-/// ```
-/// use sgdbake::{LobeFields, LobeParams};
-///
-/// let fields = LobeFields {
-///     alpha: -0.1, p: 0.8, masking: None, rho_s: [0.2; 3], f0: [0.04; 3], f1: [0.0; 3],
-/// };
-/// let refused = LobeParams::new(fields).expect_err("a width is positive");
-/// assert!(refused.to_string().contains("alpha"));
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-pub struct LobeFields {
-    /// Width α of the distribution: a *squared* Beckmann width.
-    pub alpha: f64,
-    /// Exponent p of the power-law factor t^{−p}.
-    pub p: f64,
-    /// The masking fit; fitted from the exact masking where absent.
-    #[serde(default)]
-    pub masking: Option<MaskingParams>,
-    /// Specular scale ρs per colour.
-    pub rho_s: [f64; 3],
-    /// Fresnel parameter f0 per colour.
-    pub f0: [f64; 3],
-    /// Fresnel parameter f1 per colour.
-    pub f1: [f64; 3],
-}
-
 /// A material: a name, a diffuse colour and up to three lobes.
 ///
 /// # Formula
@@ -171,73 +91,6 @@ pub struct Material {
     pub name: String,
     rho_d: [f64; 3],
     lobes: Vec<LobeParams>,
-}
-
-/// A parameter outside the range in which the model is defined.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{key} = {} is out of range; it must be {accepted}", written(*.value))]
-pub struct ParameterError {
-    /// The key as it stands in a file, e.g. `alpha`.
-    pub key: &'static str,
-    /// The value found.
-    pub value: f64,
-    /// The accepted range, in words.
-    pub accepted: &'static str,
-}
-
-/// A number as one writes it: 1e308 without its zeros.
-fn written(value: f64) -> String {
-    let short = value == 0.0 || !value.is_finite() || (1e-4..1e6).contains(&value.abs());
-    if short { value.to_string() } else { format!("{value:e}") }
-}
-
-/// The range a parameter must lie in.
-#[derive(Clone, Copy)]
-struct Range {
-    lowest: f64,
-    highest: f64,
-    words: &'static str,
-}
-
-/// Widths from a lobe that is a mirror for every picture to slopes that no surface has.
-const ALPHA: Range = Range { lowest: 1e-8, highest: 100.0, words: "between 1e-8 and 100" };
-/// Exponents; the published ones end at 1.8. Beyond, the masking loses digits: at 20 its error is
-/// 3e-10 where 1e-12 is promised, and 2e-3 where 1e-3 is asked for.
-const P: Range = Range { lowest: 0.0, highest: 10.0, words: "between 0 and 10" };
-/// Diffuse and specular scales; the published ones end below 5. Beyond, f32 textures overflow.
-const SCALE: Range = Range { lowest: 0.0, highest: 1e4, words: "between 0 and 1e4" };
-/// Fresnel parameters; the published ones end at 5.
-const FRESNEL: Range = Range { lowest: -1e4, highest: 1e4, words: "between -1e4 and 1e4" };
-/// Masking parameters; c of the published ones reaches 1e109.
-const MASKING: Range =
-    Range { lowest: f64::MIN_POSITIVE, highest: f64::MAX, words: "a finite number above 0" };
-
-impl Range {
-    fn check(self, key: &'static str, value: f64) -> Result<(), ParameterError> {
-        // A NaN lies in no range.
-        if (self.lowest..=self.highest).contains(&value) {
-            Ok(())
-        } else {
-            Err(ParameterError { key, value, accepted: self.words })
-        }
-    }
-
-    fn check_all(self, key: &'static str, values: [f64; 3]) -> Result<(), ParameterError> {
-        values.into_iter().try_for_each(|value| self.check(key, value))
-    }
-}
-
-impl MaskingParams {
-    /// Checks that every parameter is finite and positive.
-    ///
-    /// # Errors
-    ///
-    /// The first parameter that is not.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        MASKING.check("lambda", self.lambda)?;
-        MASKING.check("c", self.c)?;
-        MASKING.check("k", self.k)
-    }
 }
 
 impl ChannelParams {
@@ -269,79 +122,6 @@ fn alone(value: f64, channel: usize) -> [f64; 3] {
     let mut colour = [0.0; 3];
     colour[channel] = value;
     colour
-}
-
-impl LobeParams {
-    /// The lobe of these parameters.
-    ///
-    /// # Errors
-    ///
-    /// The first parameter that is NaN or outside its range.
-    pub fn new(fields: LobeFields) -> Result<Self, ParameterError> {
-        let LobeFields { alpha, p, masking, rho_s, f0, f1 } = fields;
-        SCALE.check_all("rho_s", rho_s)?;
-        ALPHA.check("alpha", alpha)?;
-        P.check("p", p)?;
-        FRESNEL.check_all("f0", f0)?;
-        FRESNEL.check_all("f1", f1)?;
-        masking.as_ref().map_or(Ok(()), MaskingParams::validate)?;
-        Ok(Self { alpha, p, masking, rho_s, f0, f1 })
-    }
-
-    /// Width α of the distribution: a *squared* Beckmann width.
-    #[must_use]
-    pub fn alpha(&self) -> f64 {
-        self.alpha
-    }
-
-    /// Exponent p of the power-law factor t^{−p}.
-    #[must_use]
-    pub fn p(&self) -> f64 {
-        self.p
-    }
-
-    /// The masking fit, if one was given.
-    #[must_use]
-    pub fn masking(&self) -> Option<MaskingParams> {
-        self.masking
-    }
-
-    /// Specular scale ρs per colour; 4ρs/π is the scale of the usual D·F·G/(4 cosθi cosθo).
-    #[must_use]
-    pub fn rho_s(&self) -> [f64; 3] {
-        self.rho_s
-    }
-
-    /// Fresnel parameter f0 per colour.
-    #[must_use]
-    pub fn f0(&self) -> [f64; 3] {
-        self.f0
-    }
-
-    /// Fresnel parameter f1 per colour; F(0°) = f0 − f1.
-    #[must_use]
-    pub fn f1(&self) -> [f64; 3] {
-        self.f1
-    }
-
-    /// The same lobe with this masking fit.
-    #[must_use]
-    pub fn with_masking(self, masking: MaskingParams) -> Self {
-        Self { masking: Some(masking), ..self }
-    }
-
-    /// Returns true if both lobes have one distribution and one masking.
-    fn has_shape_of(&self, other: &Self) -> bool {
-        (self.alpha, self.p, self.masking) == (other.alpha, other.p, other.masking)
-    }
-}
-
-impl TryFrom<LobeFields> for LobeParams {
-    type Error = ParameterError;
-
-    fn try_from(fields: LobeFields) -> Result<Self, ParameterError> {
-        Self::new(fields)
-    }
 }
 
 /// Why numbers are not a material.
@@ -388,6 +168,7 @@ impl Material {
         let mut lobes: Vec<LobeParams> = Vec::with_capacity(MAX_LOBES);
         for (c, channel) in channels.iter().enumerate() {
             let lobe = channel.lobe(c)?;
+            // The lobe of a channel is black in the other two: only its own entries are taken over.
             match lobes.iter_mut().find(|known| known.has_shape_of(&lobe)) {
                 Some(known) => {
                     known.rho_s[c] = lobe.rho_s[c];

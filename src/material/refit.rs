@@ -6,7 +6,8 @@
 use std::sync::LazyLock;
 
 use crate::material::embedded::numbers;
-use crate::material::parameters::{LobeFields, LobeParams, MaskingParams, Material};
+use crate::material::lobe::{LobeFields, LobeParams, MaskingParams};
+use crate::material::parameters::Material;
 
 /// A line per material and lobe.
 const TABLE: &str = include_str!("merl100-refit.csv");
@@ -64,6 +65,7 @@ pub fn refit_of(name: &str) -> Option<&'static RefitEntry> {
 fn parse_table() -> Vec<RefitEntry> {
     let rows: Vec<Vec<&str>> =
         TABLE.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    // The lines of a material are its lobes; the columns of the whole material repeat in each.
     rows.chunk_by(|a, b| a[0] == b[0]).map(entry).collect()
 }
 

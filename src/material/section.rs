@@ -6,7 +6,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::material::file_error::{Located, Problem};
-use crate::material::parameters::{MaskingParams, ParameterError};
+use crate::material::lobe::MaskingParams;
+use crate::material::range::ParameterError;
 
 /// Keys of the masking fit.
 pub const MASKING: [&str; 3] = ["lambda", "c", "k"];
@@ -110,6 +111,7 @@ impl<'t> Section<'t> {
         accepted: &'static str,
         read: impl FnOnce(&'t Spanned<DeValue<'t>>) -> Option<T>,
     ) -> Result<T, Located> {
+        // A missing key has no place of its own: the place is the table's.
         let Some(value) = self.entries.get(key) else {
             return Err((Problem::MissingKey(self.dotted(key)), self.span.clone()));
         };

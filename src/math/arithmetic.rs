@@ -4,6 +4,8 @@
 //! Errors stated are relative, over the ranges named, without the rounding of the last operation.
 //! Coefficients interpolate the function at the Chebyshev nodes of its reduced interval.
 
+use std::ops::AddAssign;
+
 /// How a product is added: the one difference between instruction sets that bits show.
 pub trait Arithmetic {
     /// a·b + c.
@@ -39,6 +41,7 @@ const MANTISSA_BITS: u32 = 23;
 /// The smaller of the two; `b` where `a` is NaN.
 #[inline(always)]
 pub fn min(a: f32, b: f32) -> f32 {
+    // One `minps` on x86; `f32::min` ignores a NaN on either side, which takes a select more.
     if a < b { a } else { b }
 }
 
@@ -60,6 +63,7 @@ fn polynomial<A: Arithmetic, const N: usize>(x: f32, coefficients: [f32; N]) -> 
 /// 2ⁿ for the integer n = `rounded` − [`ROUNDER`], −126 ≤ n ≤ 127.
 #[inline(always)]
 fn power_of_two(rounded: f32) -> f32 {
+    // The difference of the bits is n, also below 0; 127 is the bias of the exponent.
     f32::from_bits(
         rounded.to_bits().wrapping_sub(ROUNDER.to_bits()).wrapping_add(127) << MANTISSA_BITS,
     )
@@ -71,6 +75,7 @@ pub fn exp2<A: Arithmetic>(x: f32) -> f32 {
     const LOWEST: f32 = -125.0;
     let clamped = max(x, LOWEST);
     let rounded = clamped + ROUNDER;
+    // |f| ≤ ½; the polynomial is (2^f − 1)/f, so that an integer x gives the exact power.
     let f = clamped - (rounded - ROUNDER);
     let r = polynomial::<A, 5>(
         f,
@@ -85,12 +90,15 @@ pub fn exp2<A: Arithmetic>(x: f32) -> f32 {
 pub fn exp_m1<A: Arithmetic>(x: f32) -> f32 {
     const LN_2_HIGH: f32 = 0.693_359_4;
     const LN_2_LOW: f32 = -2.121_944_4e-4;
+    // e^{−80} is lost against 1; further down 2ⁿ would leave its range.
     let x = max(x, -80.0);
     let rounded = A::mul_add(x, std::f32::consts::LOG2_E, ROUNDER);
+    // x − n ln 2 in two parts (Cody and Waite): n times the first is exact.
     let n = rounded - ROUNDER;
     let r = A::mul_add(n, -LN_2_LOW, A::mul_add(n, -LN_2_HIGH, x));
     let q =
         polynomial::<A, 5>(r, [0.5, 0.166_665_77, 0.041_666_555, 0.008_363_173, 0.001_392_617_6]);
+    // 2ⁿ (e^r − 1) + (2ⁿ − 1): for n = 0, near x = 0, the second term vanishes exactly.
     let scale = power_of_two(rounded);
     A::mul_add(scale, A::mul_add(r * r, q, r), scale - 1.0)
 }
@@ -115,6 +123,7 @@ pub fn ln_1p<A: Arithmetic>(x: f32) -> f32 {
 #[inline(always)]
 fn exponent_and_fraction(x: f32) -> (f32, f32) {
     const SQRT_HALF: u32 = std::f32::consts::FRAC_1_SQRT_2.to_bits();
+    // Counted from √½, so that x just below 1 has exponent 0 and a small f, not a cancelled one.
     let exponent = x.to_bits().wrapping_sub(SQRT_HALF).cast_signed() >> MANTISSA_BITS;
     let mantissa = x.to_bits().wrapping_sub((exponent << MANTISSA_BITS).cast_unsigned());
     (exponent as f32, f32::from_bits(mantissa) - 1.0)
@@ -141,6 +150,7 @@ fn ln_1p_fraction<A: Arithmetic>(f: f32) -> f32 {
 /// atan(y/x) for x, y ≥ 0, not both 0, to full relative accuracy at y → 0. 2e-7.
 #[inline(always)]
 pub fn atan2<A: Arithmetic>(y: f32, x: f32) -> f32 {
+    // The octant next to the smaller coordinate's axis, where |t| ≤ 1; the select mirrors it back.
     let t = min(x, y) / max(x, y);
     let series = polynomial::<A, 8>(
         t * t,
@@ -170,10 +180,31 @@ pub fn sin_cos_turns<A: Arithmetic>(x: f32) -> (f32, f32) {
     let sin = f * polynomial::<A, 4>(f2, [1.570_796_4, -0.645_963_5, 0.079_680_22, -0.004_602_149]);
     let cos =
         polynomial::<A, 5>(f2, [1.0, -1.233_700_5, 0.253_669_2, -0.020_860_07, 0.000_903_628]);
+    // Quadrants 1 and 3 swap sine and cosine; sine is negative in 2 and 3, cosine in 1 and 2.
     let swap = quadrant & 1 != 0;
     let (s, c) = if swap { (cos, sin) } else { (sin, cos) };
-    let sign = |negative: u32, value: f32| f32::from_bits(value.to_bits() ^ (negative << 31));
-    (sign(quadrant >> 1 & 1, s), sign((quadrant + 1) >> 1 & 1, c))
+    (signed(quadrant >> 1 & 1, s), signed((quadrant + 1) >> 1 & 1, c))
+}
+
+/// −value where `negative` is 1, value where it is 0.
+#[inline(always)]
+fn signed(negative: u32, value: f32) -> f32 {
+    f32::from_bits(value.to_bits() ^ (negative << 31))
+}
+
+/// The sum of N numbers, N a power of two: the upper half is added to the lower until one is left.
+/// The chains of sums are short, and their order does not depend on the instruction set.
+#[inline(always)]
+pub fn sum_in_pairs<T: Copy + AddAssign, const N: usize>(mut numbers: [T; N]) -> T {
+    let mut half = N / 2;
+    while half > 0 {
+        for k in 0..half {
+            let other = numbers[k + half];
+            numbers[k] += other;
+        }
+        half /= 2;
+    }
+    numbers[0]
 }
 
 #[cfg(test)]

@@ -29,6 +29,7 @@ pub fn interpolation<const N: usize>() -> SMatrix<f64, N, N> {
 pub fn series<const N: usize>(values: [f64; N]) -> [f64; N] {
     std::array::from_fn(|j| {
         let angles = (0..N).map(|k| PI * j as f64 * (k as f64 + 0.5) / N as f64);
+        // The cosines are orthogonal over the nodes, so each coefficient is a plain sum.
         let sum: f64 = values.iter().zip(angles).map(|(value, angle)| value * angle.cos()).sum();
         if j == 0 { sum / N as f64 } else { 2.0 * sum / N as f64 }
     })
@@ -38,6 +39,7 @@ pub fn series<const N: usize>(values: [f64; N]) -> [f64; N] {
 #[must_use]
 pub fn powers(series: &[f64]) -> Vec<f64> {
     let n = series.len();
+    // T_{j−2} and T_{j−1} as powers, while `next` is T_j.
     let (mut before, mut now) = (vec![0.0; n], vec![0.0; n]);
     let mut powers = vec![0.0; n];
     for (j, a) in series.iter().enumerate() {
@@ -61,9 +63,12 @@ mod tests {
 
     use super::*;
 
+    fn cubic(x: f64) -> f64 {
+        1.0 - 2.0 * x + 0.5 * x.powi(3)
+    }
+
     #[test]
     fn a_polynomial_comes_back() {
-        let cubic = |x: f64| 1.0 - 2.0 * x + 0.5 * x.powi(3);
         let values = SVector::from(nodes::<6>().map(cubic));
         let coefficients = interpolation::<6>() * values;
         for (found, expected) in powers(&series(nodes::<6>().map(cubic))).iter().zip(&coefficients)

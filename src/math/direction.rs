@@ -41,6 +41,7 @@ impl Angles {
 pub fn abs_cos_phi_d(wi: DVec3, wo: DVec3) -> f64 {
     let tan2_h = tan2_theta(wi + wo);
     // 2 sinθd = |wi − wo|, without the cancellation of 1 − cos²θd.
+    // (wi − wo) is perpendicular to h, so its z is 2 sinθd · sinθh · cosφd up to the sign.
     let swing = (tan2_h / (1.0 + tan2_h)).sqrt() * (wi - wo).length();
     if swing > 0.0 { ((wi.z - wo.z).abs() / swing).min(1.0) } else { 0.0 }
 }
@@ -52,6 +53,7 @@ pub fn abs_cos_phi_d(wi: DVec3, wo: DVec3) -> f64 {
 #[inline]
 #[must_use]
 pub fn above_horizon(w: DVec3) -> bool {
+    // The reciprocal of a denormal cosθ may overflow. A NaN fails both comparisons.
     w.z >= f64::MIN_POSITIVE && (w.length_squared() - 1.0).abs() <= 1e-2
 }
 
@@ -74,12 +76,20 @@ pub fn cot_theta(w: DVec3) -> f64 {
     cos_theta(w) / sin_theta(w)
 }
 
+/// cotθ = cosθ/√((1 − cosθ)(1 + cosθ)) of cosθ alone; infinite at 1.
+#[inline]
+#[must_use]
+pub fn cot_of_cos(cos_theta: f64) -> f64 {
+    cos_theta / ((1.0 - cos_theta) * (1.0 + cos_theta)).sqrt()
+}
+
 /// tan²θ of a direction of any length (the length cancels); infinite at grazing.
 ///
 /// From the components: 1 − cos²θ would lose all digits of a sharp lobe's argument.
 #[inline]
 #[must_use]
 pub fn tan2_theta(w: DVec3) -> f64 {
+    // Divided before they are squared: w.z² is 0 in f64 from cosθ = 1e-162 on.
     let slope_x = w.x / w.z;
     let slope_y = w.y / w.z;
     slope_x * slope_x + slope_y * slope_y
@@ -111,6 +121,7 @@ pub fn from_cos_sin(cos_theta: f64, sin_theta: f64, phi: f64) -> DVec3 {
 /// sinθ of a cotangent, 1/√(1 + cot²θ).
 #[must_use]
 pub fn sin_of_cot(cot: f64) -> f64 {
+    // cot² would overflow near the normal.
     1.0 / cot.hypot(1.0)
 }
 
@@ -124,6 +135,7 @@ pub fn at_cot(cot: f64) -> DVec3 {
 /// `(cosθ, sinθ)` of an angle in degrees, exact at 0 and 90 and accurate near them.
 #[must_use]
 pub fn cos_sin_degrees(theta: f64) -> (f64, f64) {
+    // The cosine of π/2 as rounded is 6e-17, not 0; the sine of the complement is exact.
     ((90.0 - theta).to_radians().sin(), theta.to_radians().sin())
 }
 

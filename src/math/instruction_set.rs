@@ -81,6 +81,8 @@ macro_rules! per_instruction_set {
             set: $crate::math::instruction_set::InstructionSet,
             $($argument: $type),*
         ) -> $output {
+            // Only what is inlined into the body is compiled for the set. Hence the
+            // `#[inline(always)]` of everything that a body calls.
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,fma")]
             fn avx512($($argument: $type),*) -> $output {
@@ -100,6 +102,7 @@ macro_rules! per_instruction_set {
                 $body
             }
 
+            #[cfg(target_arch = "x86_64")]
             use $crate::math::instruction_set::InstructionSet;
             match set {
                 // SAFETY: sets are only held where this machine was found to have them.

@@ -1,5 +1,5 @@
-//! Pure numerics: special functions, polynomials, quadrature rules, directions and vector arithmetic, with
-//! no physics in them.
+//! Pure numerics: special functions, polynomials, quadrature rules, directions and vector
+//! arithmetic, with no physics in them.
 
 pub mod arithmetic;
 pub mod chebyshev;

@@ -25,23 +25,32 @@ pub struct OctaveTable {
     pieces: Vec<[f64; ORDER]>,
 }
 
+/// The number of the quarter octave that x lies in: its leading bits.
+fn number(x: f64) -> u64 {
+    // The bits of x ≥ 0 are ordered as x is, so neighbouring pieces have consecutive numbers.
+    x.to_bits() >> PLACE_BITS
+}
+
+/// Where a quarter octave starts.
+fn border(number: u64) -> f64 {
+    f64::from_bits(number << PLACE_BITS)
+}
+
 impl OctaveTable {
     /// The table of `function`, which changes smoothly below `low` and is asked for up to `high`.
     #[must_use]
     pub fn new([low, high]: [f64; 2], mut function: impl FnMut(f64) -> f64) -> Self {
-        let number = |x: f64| x.to_bits() >> PLACE_BITS;
         let first = number(low);
+        // One octave piece at least, also where `high` is below `low`.
         let end = number(high).max(first) + 1;
-        let border = |number: u64| f64::from_bits(number << PLACE_BITS);
         let start = border(first);
         let fit = interpolation::<ORDER>();
-        let mut piece = |low: f64, high: f64| -> [f64; ORDER] {
+        let octaves = (first..end).map(|number| [border(number), border(number + 1)]);
+        let pieces = std::iter::once([0.0, start]).chain(octaves).map(|[low, high]| {
             let x = nodes().map(|v| 0.5 * ((high + low) + (high - low) * v));
             (fit * SVector::from(x.map(&mut function))).into()
-        };
-        let below = piece(0.0, start);
-        let octaves = (first..end).map(|number| piece(border(number), border(number + 1)));
-        Self { first, start, pieces: std::iter::once(below).chain(octaves).collect() }
+        });
+        Self { first, start, pieces: pieces.collect() }
     }
 
     /// The function at x ≥ 0; `None` beyond the last piece.
@@ -53,9 +62,11 @@ impl OctaveTable {
             (0, 2.0 * x / self.start - 1.0)
         } else {
             // The bits below the piece's number, as those of a number in [1, 2).
+            // Shifted out are the sign, the eleven bits of the exponent and those of the piece.
             let place = (bits << (FINENESS + 12)) >> 12 | 1.0_f64.to_bits();
             ((bits >> PLACE_BITS) - self.first + 1, 2.0 * f64::from_bits(place) - 3.0)
         };
+        // A NaN or infinite x has larger bits than any piece: `None`.
         let coefficients = self.pieces.get(piece as usize)?;
         Some(coefficients.iter().rev().fold(0.0, |sum, c| sum * v + c))
     }

@@ -36,6 +36,7 @@ pub fn gauss_jacobi(p: f64, nodes: usize) -> Vec<Node> {
         .eigenvalues
         .iter()
         .zip(first_components.iter())
+        // Rounding may leave an eigenvalue outside; integrands are only defined inside.
         .map(|(x, v)| Node { x: x.clamp(0.0, 1.0), weight: v * v })
         .collect();
     rule.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -51,6 +52,7 @@ pub fn gauss_legendre(nodes: usize) -> Vec<Node> {
 /// The diagonal coefficient a_k of the monic Jacobi recurrence on [0, 1].
 fn jacobi_diagonal(p: f64, k: f64) -> f64 {
     if k == 0.0 {
+        // The general form is 0/0 here at p = 1.
         return p / (p + 1.0);
     }
     let m = 2.0 * k + p;

@@ -25,7 +25,7 @@ pub struct Deviation {
 const PAIRS: usize = 20_000;
 
 /// cos 80°: nearer to the horizon no measurement is reliable.
-const LEAST_COSINE: f64 = 0.173_648_177_666_930_33;
+const MIN_COSINE: f64 = 0.173_648_177_666_930_33;
 
 impl Deviation {
     /// The errors of `stored` against `exact`, at pairs up to 80° from the normal whose half
@@ -33,6 +33,7 @@ impl Deviation {
     #[must_use]
     pub fn of(stored: &dyn Reflectance, exact: &dyn Reflectance) -> Option<Self> {
         let (mut f, mut g) = (vec![[0.0; 3]; PAIRS], vec![[0.0; 3]; PAIRS]);
+        // A fixed sequence: the figures of a file are the same in every run.
         let pairs: Vec<[DVec3; 2]> = (0..).filter_map(pair).take(PAIRS).collect();
         stored.eval_all(&pairs, &mut f);
         exact.eval_all(&pairs, &mut g);
@@ -54,6 +55,7 @@ impl Deviation {
 fn relative_error(f: [f64; 3], g: [f64; 3]) -> Option<f64> {
     let off = [0, 1, 2].map(|c| (f[c] - g[c]).abs());
     let sum = g.iter().sum::<f64>();
+    // A pair that one of the two does not have is no error of the table.
     let known = f.iter().chain(&g).all(|x| x.is_finite());
     (known && sum > 0.0).then(|| off.iter().sum::<f64>() / sum)
 }
@@ -66,5 +68,5 @@ fn pair(n: u32) -> Option<[DVec3; 2]> {
     let [h, d, phi] = STEPS.map(|step| (0.5 + step * f64::from(n)).fract());
     let angles =
         HalfDifference { theta_h: FRAC_PI_2 * h * h, theta_d: FRAC_PI_2 * d, phi_d: TAU * phi };
-    Some(angles.directions()).filter(|pair| pair.iter().all(|w| w.z > LEAST_COSINE))
+    Some(angles.directions()).filter(|pair| pair.iter().all(|w| w.z > MIN_COSINE))
 }

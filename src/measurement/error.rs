@@ -19,17 +19,17 @@ pub enum Problem {
     /// The system cannot read it.
     #[error("cannot be read: {0}")]
     Unreadable(#[from] io::Error),
-    /// No byte in it.
+    /// A file without a byte.
     #[error("the file is empty")]
     Empty,
-    /// Neither of the formats.
+    /// None of the formats.
     #[error(
-        "not a measurement; readable are MERL .binary, RGL .bsdf (RGB, isotropic) and .csv of samples"
+        "not a measurement; sgdbake reads MERL .binary, RGL .bsdf (RGB, isotropic) and .csv of samples"
     )]
     Unknown,
     /// Text, but not a table of samples.
     #[error(
-        "text whose first line is not the header of a table of samples ('{0}'); needed are the \
+        "text whose first line is not the header of a table of samples ('{0}'); name the \
          columns theta_i, phi_i, theta_o, phi_o [degrees] or wi_x, wi_y, wi_z, wo_x, wo_y, wo_z, \
          and r, g, b"
     )]
@@ -47,7 +47,7 @@ pub enum Problem {
     BigEndian,
     /// A MERL file with another number of cells.
     #[error(
-        "a MERL file of {} × {} × {} cells; readable are 90 × 90 × 180 (θh, θd, φd)",
+        "a MERL file of {} × {} × {} cells; sgdbake reads 90 × 90 × 180 (θh, θd, φd)",
         .0[0], .0[1], .0[2]
     )]
     Dimensions([i32; 3]),
@@ -79,11 +79,11 @@ pub enum Problem {
     #[error("not a valid tensor file: {0}")]
     Tensor(#[from] TensorProblem),
     /// A tensor file of spectra.
-    #[error("a spectral RGL file; readable is the RGB file of the same material (…_rgb.bsdf)")]
+    #[error("a spectral RGL file; use the RGB file of the same material (…_rgb.bsdf)")]
     Spectral,
     /// A measurement at several azimuths of incidence.
     #[error(
-        "an anisotropic RGL file ({0} azimuths of incidence); readable are isotropic ones (at most 2)"
+        "an anisotropic RGL file ({0} azimuths of incidence); sgdbake reads isotropic ones (at most 2)"
     )]
     Anisotropic(u64),
 }
@@ -102,7 +102,7 @@ pub enum RowProblem {
         /// The text found.
         found: String,
     },
-    /// A direction that is none, or not above the surface.
+    /// A direction that is zero, not finite or not above the surface.
     #[error("{0} does not point above the surface; leave out rows at and below the horizon")]
     Direction(&'static str),
     /// A reflectance below 0.
@@ -112,7 +112,7 @@ pub enum RowProblem {
     Negative {
         /// The column.
         column: &'static str,
-        /// The text found.
+        /// The value found.
         found: f64,
     },
 }
@@ -124,12 +124,12 @@ pub enum TensorProblem {
     #[error("it ends within its list of fields")]
     Directory,
     /// Another version of the format.
-    #[error("version {}.{}; readable is 1.0", .0[0], .0[1])]
+    #[error("version {}.{}; sgdbake reads 1.0", .0[0], .0[1])]
     Version([u8; 2]),
     /// More fields, names or dimensions than any such file has.
     #[error("{what} is {found}; at most {most} are readable")]
     Excess {
-        /// Of what.
+        /// The quantity that is too large.
         what: &'static str,
         /// The size.
         found: u64,

@@ -11,7 +11,8 @@ use crate::measurement::half_difference::HalfDifference;
 const STEPS: usize = 32;
 
 /// A reflectance whose pairs without a measurement (NaN) take the value of a nearby one: that of
-/// the largest smaller θd at their θh and φd, of the largest smaller θh if there is none, else 0.
+/// the largest smaller θd at their θh and φd; if there is none, that of the largest smaller θh,
+/// with θd lowered to at most 45°; else 0.
 ///
 /// # Example
 ///
@@ -43,6 +44,8 @@ impl Reflectance for Filled<'_> {
 impl Filled<'_> {
     /// The first value measured on the way to smaller θd, then to smaller θh; 0 if there is none.
     fn nearby(&self, angles: HalfDifference) -> [f64; 3] {
+        // From the pair inwards. Both ways stay above the horizon, so that no 0 from below it is
+        // taken for a measurement.
         let shares = (0..STEPS).rev().map(|step| step as f64 / STEPS as f64);
         let smaller_d =
             shares.clone().map(|s| HalfDifference { theta_d: s * angles.theta_d, ..angles });
@@ -55,6 +58,7 @@ impl Filled<'_> {
             let [wi, wo] = angles.directions();
             self.0.eval(wi, wo)
         });
+        // Lazy: nothing is evaluated beyond the first value found.
         values.into_iter().find(is_measured).unwrap_or_default()
     }
 }

@@ -29,9 +29,11 @@ impl HalfDifference {
         // At θh = 0 every azimuth is the same pair; 0 is as good as any.
         let phi_h = if across > 0.0 { h.y.atan2(h.x) } else { 0.0 };
         let difference = wi - wo;
+        // wi − wo is perpendicular to h, so that its components along t and b give φd.
         let [_, t, b] = frame(theta_h, phi_h);
         Self {
             theta_h,
+            // |wi − wo| = 2 sinθd, |wi + wo| = 2 cosθd: accurate at 0, where acos(wi·h) is not.
             theta_d: difference.length().atan2(h.length()),
             phi_d: difference.dot(b).atan2(difference.dot(t)).rem_euclid(TAU),
         }

@@ -35,14 +35,14 @@ const CELLS: usize = SIZE[0] * SIZE[1] * SIZE[2];
 /// Bytes of a file.
 pub const FILE_BYTES: u64 = 12 + 24 * CELLS as u64;
 
-/// Reflectance per unit of a stored value, of red, green and blue.
+/// Reflectance per unit of a stored value, of red, green and blue: the format's own factors.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 
 /// Value of a cell without a measurement.
 const INVALID: [f64; 3] = [-1.0; 3];
 
 /// The share of the eight neighbours' weight that must be measured for a value between them.
-const LEAST_MEASURED: f64 = 0.5;
+const MIN_MEASURED: f64 = 0.5;
 
 /// cosθ up to which a direction of a cell counts as below the horizon: the rounding of the angles.
 const HORIZON: f64 = 1e-12;
@@ -86,8 +86,10 @@ impl Merl {
             return Err(Problem::Length { found: length, needed: FILE_BYTES });
         }
         let mut reader = BufReader::new(reader);
+        // Only now: the length shows that the file has as many cells.
         let mut cells = vec![INVALID; CELLS];
         let mut bytes = [0; 8];
+        // Planes in the file, side by side in memory: a lookup reads all colours of a cell.
         for (c, channel) in ["red", "green", "blue"].into_iter().enumerate() {
             for (i, cell) in cells.iter_mut().enumerate() {
                 reader.read_exact(&mut bytes)?;
@@ -123,9 +125,10 @@ impl Merl {
     }
 
     /// f at the angles of a pair, linear in the indices; [`NOT_MEASURED`] where more than half of
-    /// the eight cells around, by weight, is.
+    /// the weight is on cells, of the eight around, without a measurement.
     #[must_use]
     pub fn value(&self, angles: HalfDifference) -> [f64; 3] {
+        // Gaps leave the mean to the measured neighbours, with their weights scaled to a sum of 1.
         let (mut measured, mut sum) = (0.0, [0.0; 3]);
         for (i, weight_h) in theta_h_cells(angles.theta_h) {
             for (j, weight_d) in theta_d_cells(angles.theta_d) {
@@ -139,7 +142,7 @@ impl Merl {
                 }
             }
         }
-        if measured < LEAST_MEASURED {
+        if measured < MIN_MEASURED {
             return NOT_MEASURED;
         }
         std::array::from_fn(|c| sum[c] / measured * SCALE[c])
@@ -154,6 +157,7 @@ impl Merl {
         let measured = self.cells.iter().enumerate().filter(|(_, cell)| is_measured(cell));
         measured.filter_map(|(i, cell)| {
             let [i, j, k] = indices(i);
+            // Below the horizon there is no pair, whatever the file holds.
             let [wi, wo] = above(i, j, k)?;
             let f = std::array::from_fn(|c| cell[c] * SCALE[c]);
             Some(Sample { wi, wo, f, weight: solid_angles(i, j) })
@@ -172,6 +176,7 @@ impl Reflectance for Merl {
 
 /// f of every cell of one θh, stored where both directions are above the horizon.
 fn fill(reflectance: &dyn Reflectance, theta_h: usize, slab: &mut [[f64; 3]]) {
+    // All pairs of a slab at once: a batch evaluator takes them side by side.
     let (places, pairs): (Vec<usize>, Vec<[DVec3; 2]>) = (0..slab.len())
         .filter_map(|place| Some((place, above(theta_h, place / SIZE[2], place % SIZE[2])?)))
         .unzip();
@@ -216,6 +221,7 @@ fn theta_d_cells(theta_d: f64) -> [(usize, f64); 2] {
 fn phi_d_cells(phi_d: f64) -> [(usize, f64); 2] {
     let place = phi_d / PI * SIZE[2] as f64;
     let share = place - place.floor();
+    // φd and φd + π are one cell, and the last cell's upper neighbour is the first.
     let lower = place.floor() as usize % SIZE[2];
     [(lower, 1.0 - share), ((lower + 1) % SIZE[2], share)]
 }
@@ -223,12 +229,13 @@ fn phi_d_cells(phi_d: f64) -> [(usize, f64); 2] {
 /// The two cells around a place along an axis, and their weights; the last beyond the end.
 fn between(place: f64, size: usize) -> [(usize, f64); 2] {
     let place = place.clamp(0.0, (size - 1) as f64);
+    // At the end of the axis the last interval, with its upper end's weight 1.
     let lower = (place as usize).min(size - 2);
     let share = place - lower as f64;
     [(lower, 1.0 - share), (lower + 1, share)]
 }
 
-/// Where a cell starts and ends along an axis: halfway to its neighbours, or at the end of the axis.
+/// Where a cell starts and ends along an axis: halfway to its neighbours, or at the axis's end.
 fn ends(index: usize, size: usize) -> [f64; 2] {
     let upper = if index + 1 == size { size as f64 } else { index as f64 + 0.5 };
     [(index as f64 - 0.5).max(0.0), upper]
@@ -239,6 +246,7 @@ fn solid_angles(theta_h: usize, theta_d: usize) -> f64 {
     let [a, b] = ends(theta_h, SIZE[0]).map(theta_h_of);
     let [c, d] = ends(theta_d, SIZE[1]).map(theta_d_of);
     let of_h = a.cos() - b.cos();
+    // ∫ 4 cosθ sinθ dθ = 2 sin²θ.
     let of_d = 2.0 * (d.sin().powi(2) - c.sin().powi(2));
     TAU * 2.0 * of_h * of_d * PI / SIZE[2] as f64
 }
@@ -253,5 +261,6 @@ fn indices(index: usize) -> [usize; 3] {
 }
 
 fn is_measured(cell: &[f64; 3]) -> bool {
+    // One negative colour marks the whole cell.
     cell.iter().all(|value| *value >= 0.0)
 }

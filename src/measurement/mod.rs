@@ -174,11 +174,11 @@ enum Content {
     Csv { delimiter: u8 },
 }
 
-/// As much of a file as its format is told by.
+/// Bytes at the start of a file that tell its format.
 const START_BYTES: u64 = 4096;
 
 /// Most cells along an axis for three integers to be the header of some MERL file.
-const MOST_CELLS: i32 = 4096;
+const MAX_CELLS: i32 = 4096;
 
 impl Content {
     fn of(start: &[u8], length: u64) -> Result<Self, Problem> {
@@ -188,6 +188,7 @@ impl Content {
         if start.starts_with(&tensor_file::MAGIC) {
             return Ok(Self::Rgl);
         }
+        // A MERL header has zero bytes, which no text has.
         if let Some(text) = text(start) {
             return Self::of_text(text);
         }
@@ -204,9 +205,11 @@ impl Content {
 
     /// A table of samples, by the separator of its first line that is not a comment.
     fn of_text(text: &str) -> Result<Self, Problem> {
+        // Spreadsheets write a byte order mark in front of the first name.
         let lines = text.lines().map(|line| line.trim_start_matches('\u{feff}').trim());
         let header = lines.into_iter().find(|line| !line.is_empty() && !line.starts_with('#'));
         let header = header.unwrap_or_default();
+        // The header has names alone, so that no decimal comma can be taken for a separator.
         let delimiter = [b',', b';', b'\t'].into_iter().find(|d| header.as_bytes().contains(d));
         delimiter.map_or_else(
             || Err(Problem::Header(header.chars().take(80).collect())),
@@ -220,10 +223,11 @@ impl Content {
     }
 }
 
-/// The text that a file begins with, cut where a character may be; `None` for other bytes.
+/// The text that a file begins with, less a character that its end cuts; `None` for other bytes.
 fn text(start: &[u8]) -> Option<&str> {
     let text = match std::str::from_utf8(start) {
         Ok(text) => text,
+        // `None` is a character that goes on beyond the bytes at hand: valid so far.
         Err(error) if error.error_len().is_none() => {
             std::str::from_utf8(&start[..error.valid_up_to()]).ok()?
         }
@@ -241,9 +245,10 @@ fn three_numbers(start: &[u8], read: fn([u8; 4]) -> i32) -> Option<[i32; 3]> {
 
 /// Returns whether three integers are the header of a MERL file with other sizes.
 fn is_header(sizes: [i32; 3], length: u64) -> bool {
-    if !sizes.iter().all(|size| (1..=MOST_CELLS).contains(size)) {
+    if !sizes.iter().all(|size| (1..=MAX_CELLS).contains(size)) {
         return false;
     }
+    // At most 4096³: neither the product nor its bytes overflow.
     let cells: u64 = sizes.iter().map(|size| u64::from(size.unsigned_abs())).product();
     length == 12 + 24 * cells
 }

@@ -40,10 +40,10 @@ mod field {
 }
 
 /// The most azimuths of incidence that count as isotropic, as in every reader.
-const MOST_AZIMUTHS: u64 = 2;
+const MAX_AZIMUTHS: u64 = 2;
 
 /// Largest size along each axis of a table: no file comes near it.
-const MOST_NODES: u64 = 1 << 16;
+const MAX_NODES: u64 = 1 << 16;
 
 /// Two-dimensional layers of one colour each.
 const COLOURS: usize = 3;
@@ -83,12 +83,13 @@ impl Rgl {
     /// Reads a file of `length` bytes.
     pub(super) fn read(reader: &mut (impl Read + Seek), length: u64) -> Result<Self, Problem> {
         let mut file = TensorFile::open(reader, length)?;
+        // First, so that a spectral file is named as such and not by the `rgb` that it lacks.
         if file.has(field::WAVELENGTHS) {
             return Err(Problem::Spectral);
         }
         let description = String::from_utf8_lossy(&file.bytes(field::DESCRIPTION)?).into_owned();
         let [azimuths] = file.shape(field::PHI_I)?;
-        if azimuths > MOST_AZIMUTHS {
+        if azimuths > MAX_AZIMUTHS {
             return Err(Problem::Anisotropic(azimuths));
         }
         let phi_i = ascending(&mut file, field::PHI_I)?;
@@ -154,11 +155,13 @@ impl Rgl {
         let (column, row) = (node % columns, node / columns);
         let theta_i = f64::from(self.theta_i[incidence]);
         let place = Place::of(theta_i, &self.theta_i);
+        // An isotropic table depends on azimuths relative to wi alone: any will do.
         let wi = spherical(theta_i, 0.0);
         let s = self.rgb.node(column, row);
         let (at, density) = self.vndf.sample(s, place);
         let m = half_vector_at(at);
         let wo = 2.0 * wi.dot(m) * m - wi;
+        // From the square's unit to that of solid angle; negative where m faces away from wi.
         let density = density / solid_angle_of_wo(at, wi, m);
         (above_horizon(wi) && above_horizon(wo) && density > 0.0).then(|| Sample {
             wi,
@@ -171,6 +174,7 @@ impl Rgl {
     /// 2π (cos a − cos b) between the midpoints to the angles of incidence before and after.
     fn ring(&self, incidence: usize) -> f64 {
         let last = self.theta_i.len() - 1;
+        // The first and the last ring reach to the normal and to the horizon.
         let a = if incidence == 0 { 0.0 } else { self.midpoint(incidence - 1) };
         let b = if incidence == last { FRAC_PI_2 } else { self.midpoint(incidence) };
         TAU * (a.cos() - b.cos()).max(0.0)
@@ -229,6 +233,7 @@ pub(super) fn u_of(theta: f64) -> f64 {
 
 /// The polar angle, accurate at the normal.
 fn theta(w: DVec3) -> f64 {
+    // acos(cosθ) loses half of the digits at the normal.
     sin_theta(w).atan2(w.z)
 }
 
@@ -260,6 +265,7 @@ fn ascending<R: Read + Seek>(
     name: &'static str,
 ) -> Result<Vec<f32>, Problem> {
     let shape: [u64; 1] = file.shape(name)?;
+    // f32::MIN as the least value lets every finite number pass.
     let angles = file.floats(name, &shape, f32::MIN)?;
     if angles.is_empty() || angles.windows(2).any(|pair| pair[0] >= pair[1]) {
         let needed = "f32 angles, at least one, in ascending order".into();
@@ -281,9 +287,10 @@ fn grid<R: Read + Seek, const SERIES: usize>(
         let [_, _, rows, columns] = file.shape::<4>(name)?;
         [rows, columns]
     };
-    if ![rows, columns].iter().all(|n| (2..=MOST_NODES).contains(n)) {
+    // Two nodes make a cell; interpolation would have none of a single one.
+    if ![rows, columns].iter().all(|n| (2..=MAX_NODES).contains(n)) {
         let found = format!("tables of {rows} × {columns}");
-        let needed = format!("tables of 2 to {MOST_NODES} nodes along each axis");
+        let needed = format!("tables of 2 to {MAX_NODES} nodes along each axis");
         return Err(TensorProblem::Shape { name, found, needed }.into());
     }
     let shape = [&series[..], &[rows, columns]].concat();

@@ -30,11 +30,11 @@ const WARP_SIZE: [usize; 2] = [128, 33];
 /// Nodes of the colours along both axes of the square.
 const COLOUR_SIZE: [usize; 2] = [96, 96];
 /// The least `ndf` relative to its largest, so that single precision can divide by it.
-const LEAST_PROFILE: f64 = 1e-12;
+const MIN_PROFILE: f64 = 1e-12;
 /// The part of the nodes that follows the changes of the profile; the rest are spread evenly.
 const FOLLOWING: f64 = 0.6;
 /// The least `luminance` relative to its mean: what is nearly black is still drawn.
-const LEAST_LUMINANCE: f64 = 1e-3;
+const MIN_LUMINANCE: f64 = 1e-3;
 
 impl Rgl {
     /// The tables of a reflectance, `incidence_done` called after each of the [`INCIDENCES`].
@@ -51,6 +51,7 @@ impl Rgl {
             .map(|theta| theta as f32)
             .collect();
         let ndf = profile(reflectance);
+        // The same density for every azimuth and incidence: the profile depends on θh alone.
         let density = repeated(&nodes_density(&ndf), WARP_SIZE[1] * INCIDENCES);
         let vndf = Warp::new(Grid { size: WARP_SIZE, values: density });
         let mut rgl = Self {
@@ -64,6 +65,7 @@ impl Rgl {
             jacobian: true,
             theta_i,
         };
+        // In order of incidence whatever the threads do, so that equal input gives equal bytes.
         let tables: Vec<(Vec<f32>, Vec<f32>)> = (0..INCIDENCES)
             .into_par_iter()
             .map(|i| {
@@ -81,6 +83,7 @@ impl Rgl {
 
     /// The layers of red, green and blue for one angle of incidence, and the luminance.
     fn incidence(&self, reflectance: &dyn Reflectance, i: usize) -> (Vec<f32>, Vec<f32>) {
+        // The angle as the file holds it, in single precision: it is the one that readers will use.
         let theta_i = f64::from(self.theta_i[i]);
         let place = Place::of(theta_i, &self.theta_i);
         let [columns, rows] = COLOUR_SIZE;
@@ -93,7 +96,8 @@ impl Rgl {
             .collect();
         let rgb = (0..3).flat_map(|c| nodes.iter().map(move |node| node.colour[c] as f32));
         let mean = nodes.iter().map(|node| node.share).sum::<f64>() / nodes.len() as f64;
-        let least = if mean > 0.0 { LEAST_LUMINANCE * mean } else { 1.0 };
+        // A black incidence has any luminance; 1 can be normalised.
+        let least = if mean > 0.0 { MIN_LUMINANCE * mean } else { 1.0 };
         let luminance = nodes.iter().map(|node| node.share.max(least) as f32);
         (rgb.collect(), luminance.collect())
     }
@@ -113,6 +117,7 @@ impl Rgl {
         let mean = reflected.iter().sum::<f64>() / 3.0;
         Node {
             colour: reflected.map(|reflected| reflected / factor),
+            // f cosθo · dωo/d(u, v) · d(u, v)/ds: the light per unit of s.
             share: mean * solid_angle_of_wo(at, wi, m).max(0.0) / density,
         }
     }
@@ -132,8 +137,9 @@ fn profile(reflectance: &dyn Reflectance) -> Grid {
     let largest = values.iter().copied().fold(0.0, f64::max);
     let row: Vec<f32> = values
         .into_iter()
-        .map(|value| if largest > 0.0 { (value / largest).max(LEAST_PROFILE) } else { 1.0 } as f32)
+        .map(|value| if largest > 0.0 { (value / largest).max(MIN_PROFILE) } else { 1.0 } as f32)
         .collect();
+    // Isotropic; two equal rows are the fewest that the format interpolates.
     Grid { size: [PROFILE_NODES, 2], values: repeated(&row, 2) }
 }
 
@@ -143,10 +149,12 @@ fn reflected(reflectance: &dyn Reflectance, node: usize) -> f64 {
     let u = (node as f64 / (PROFILE_NODES - 1) as f64).min(1.0 - 0.5 / PROFILE_NODES as f64);
     let theta_h = FRAC_PI_2 * u * u;
     let values = [0.0, 20.0, 40.0, 60.0_f64].map(|degrees| {
+        // At φd = 90° both have cosθ = cosθd cosθh: above the horizon for every θh.
         let angles = HalfDifference { theta_h, theta_d: degrees.to_radians(), phi_d: FRAC_PI_2 };
         let [wi, wo] = angles.directions();
         reflectance.eval(wi, wo).iter().map(|f| f * cos_theta(wo)).sum::<f64>()
     });
+    // Pairs that were not measured (NaN) drop out here too.
     let measured = values.iter().filter(|value| **value > 0.0);
     measured.clone().sum::<f64>() / measured.count().max(1) as f64
 }
@@ -196,6 +204,7 @@ fn sigma(ndf: &Grid) -> Grid {
 /// Σ ⟨w, m⟩ over the normals m around the ring at θm.
 fn facing(w: DVec3, theta_m: f64) -> f64 {
     let (along, across) = (theta_m.cos() * w.z, theta_m.sin() * sin_theta(w));
+    // Half of the ring, φ in (0, π): the other half is its mirror image. `weight` counts both.
     let cosines = (0..AZIMUTHS).map(|k| (PI * (k as f64 + 0.5) / AZIMUTHS as f64).cos());
     cosines.map(|cos| (along + across * cos).max(0.0)).sum()
 }

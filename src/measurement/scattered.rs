@@ -62,6 +62,7 @@ impl Scattered {
         let mut rows = Vec::new();
         let mut record = StringRecord::new();
         loop {
+            // An error need not hold a line: that of the record's start is kept for it.
             let next = csv.position().line();
             match csv.read_record(&mut record) {
                 Ok(true) => {}
@@ -124,6 +125,7 @@ fn shepard(near: &[(f32, DVec3)]) -> DVec3 {
     let (nearest, exact) = near[0];
     // The farthest has no weight, so that the value changes smoothly as another takes its place.
     let radius = f64::from(near[near.len() - 1].0);
+    // At a sample, or with all equally far, the weights are ∞ or 0: the mean of the nearest.
     if nearest < 1e-6 || radius <= f64::from(nearest) {
         let same = near.iter().filter(|(distance, _)| *distance <= nearest.max(1e-6));
         let count = same.clone().count();
@@ -140,6 +142,7 @@ fn shepard(near: &[(f32, DVec3)]) -> DVec3 {
 
 /// The coordinates in which samples are near each other.
 fn place(angles: HalfDifference) -> [f32; 4] {
+    // The root spreads the highlight, as MERL's cells do.
     let a = (angles.theta_h / FRAC_PI_2).sqrt();
     let b = angles.theta_d / FRAC_PI_2;
     [a, b, a * b * angles.phi_d.cos(), a * b * angles.phi_d.sin()].map(|x| x as f32)
@@ -163,11 +166,14 @@ impl Row {
 /// 2π sinθh dθh · 4 cosθd sinθd dθd · dφd over a box.
 fn solid_angles(bin: usize) -> f64 {
     let row = bin / BINS[2];
-    let ends =
-        |index: usize, count: usize| [index, index + 1].map(|edge| edge as f64 / count as f64);
     let [a, b] = ends(row / BINS[1], BINS[0]).map(|x| (FRAC_PI_2 * x * x).cos());
     let [c, d] = ends(row % BINS[1], BINS[1]).map(|x| (FRAC_PI_2 * x).sin().powi(2));
     TAU * (a - b) * 2.0 * (d - c) * TAU / BINS[2] as f64
+}
+
+/// Where one of `count` boxes starts and ends in [0, 1].
+fn ends(index: usize, count: usize) -> [f64; 2] {
+    [index, index + 1].map(|edge| edge as f64 / count as f64)
 }
 
 /// Where the columns of a row are.
@@ -219,6 +225,7 @@ impl Columns {
         }
         let wi = kept(wi).ok_or(RowProblem::Direction("wi"))?;
         let wo = kept(wo).ok_or(RowProblem::Direction("wo"))?;
+        // Of the directions as they are kept, so that a sample is found at its own pair.
         let place = place(HalfDifference::of(wi.as_dvec3(), wo.as_dvec3()));
         Ok(Row { place, wi, wo, f: DVec3::from(rgb).as_vec3() })
     }
@@ -246,6 +253,7 @@ fn numbers<const N: usize>(
     let mut numbers = [0.0; N];
     for (i, (column, name)) in columns.into_iter().zip(names).enumerate() {
         let found = record.get(column).unwrap_or("");
+        // A NaN fails the comparison; what f32 cannot hold would become infinite in a row.
         let number = found.parse::<f64>().ok().filter(|number| number.abs() <= f64::from(f32::MAX));
         numbers[i] = number.ok_or_else(|| RowProblem::NotANumber {
             column: name,

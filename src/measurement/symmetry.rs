@@ -27,6 +27,7 @@ impl Spread {
     #[must_use]
     pub fn of(reflectance: &dyn Reflectance, wi: DVec3, wo: DVec3) -> Self {
         let values = symmetric_pairs(wi, wo).map(|[wi, wo]| reflectance.eval(wi, wo));
+        // If no pair was measured, the mean is 0/0: NaN, as documented.
         let measured: Vec<[f64; 3]> =
             values.into_iter().filter(|f| f.iter().all(|f| !f.is_nan())).collect();
         let mean = std::array::from_fn(|c| {
@@ -42,12 +43,14 @@ const EQUAL: f64 = 1e-9;
 /// √(Σ (x − x̄)²/(n − 1))/x̄ of the means of the colours that differ.
 fn relative_deviation(values: &[[f64; 3]]) -> Option<f64> {
     let mut grey: Vec<f64> = values.iter().map(|f| f.iter().sum::<f64>() / 3.0).collect();
+    // Counted before equal values are merged: two of them are a spread of 0.
     let measured = grey.len();
     grey.sort_by(f64::total_cmp);
     grey.dedup_by(|a, b| (*a - *b).abs() <= EQUAL * b.abs());
     let n = grey.len() as f64;
     let mean = grey.iter().sum::<f64>() / n;
     let squares: f64 = grey.iter().map(|x| (x - mean).powi(2)).sum();
+    // One distinct value has squares 0, and the divisor 1 gives a spread of 0.
     let variance = squares / (n - 1.0).max(1.0);
     (measured > 1 && mean > 0.0).then(|| variance.sqrt() / mean)
 }

@@ -15,9 +15,10 @@ use crate::measurement::error::{Problem, TensorProblem};
 pub const MAGIC: [u8; 12] = *b"tensor_file\0";
 
 const VERSION: [u8; 2] = [1, 0];
-const MOST_FIELDS: u64 = 64;
-const MOST_NAME: u64 = 256;
-const MOST_DIMENSIONS: u64 = 8;
+// Limits far above any measurement, so that a damaged file cannot ask for much memory.
+const MAX_FIELDS: u64 = 64;
+const MAX_NAME: u64 = 256;
+const MAX_DIMENSIONS: u64 = 8;
 /// The alignment of a field's data, for readers that map the file.
 const ALIGNMENT: usize = 8;
 
@@ -59,6 +60,7 @@ impl Kind {
         match self {
             Self::U8 => 1,
             Self::F32 => 4,
+            // Their size is unknown, and nothing reads them.
             Self::Other(_) => 0,
         }
     }
@@ -98,7 +100,7 @@ impl<'r, R: Read + Seek> TensorFile<'r, R> {
         if version != VERSION {
             return Err(TensorProblem::Version(version).into());
         }
-        let count = limited("the number of fields", directory.u32()?, MOST_FIELDS)?;
+        let count = limited("the number of fields", directory.u32()?, MAX_FIELDS)?;
         let fields = (0..count).map(|_| directory.field(length)).collect::<Result<_, _>>()?;
         Ok(Self { reader, fields, budget: length })
     }
@@ -177,6 +179,7 @@ impl<'r, R: Read + Seek> TensorFile<'r, R> {
     /// Goes to a field's data; its size in bytes, which the directory has checked.
     fn take(&mut self, name: &'static str) -> Result<u64, Problem> {
         let field = self.field(name)?;
+        // `Directory::field` has made sure that the product neither overflows nor leaves the file.
         let size = field.shape.iter().product::<u64>() * field.kind.bytes();
         let offset = field.offset;
         self.budget =
@@ -217,15 +220,16 @@ impl<R: Read> Directory<'_, R> {
 
     /// A field whose data lie within the file.
     fn field(&mut self, length: u64) -> Result<Field, Problem> {
-        let letters = limited("the length of a field's name", self.u16()?, MOST_NAME)?;
+        let letters = limited("the length of a field's name", self.u16()?, MAX_NAME)?;
         let mut name = vec![0; letters as usize];
         self.fill(&mut name)?;
         let name = String::from_utf8_lossy(&name).into_owned();
-        let dimensions = limited("the number of dimensions", self.u16()?, MOST_DIMENSIONS)?;
+        let dimensions = limited("the number of dimensions", self.u16()?, MAX_DIMENSIONS)?;
         let [code] = self.bytes()?;
         let kind = Kind::of(code);
         let offset = self.u64()?;
         let shape: Vec<u64> = (0..dimensions).map(|_| self.u64()).collect::<Result<_, _>>()?;
+        // Checked throughout: sizes and offset are any numbers of 64 bits.
         let count = shape.iter().try_fold(1_u64, |count, size| count.checked_mul(*size));
         let end = count.and_then(|n| n.checked_mul(kind.bytes())?.checked_add(offset));
         if end.is_none_or(|end| end > length) {
@@ -281,6 +285,7 @@ pub fn write(writer: &mut impl Write, tensors: &[Tensor<'_>]) -> io::Result<()> 
     writer.write_all(&MAGIC)?;
     writer.write_all(&VERSION)?;
     writer.write_all(&(tensors.len() as u32).to_le_bytes())?;
+    // First the list of fields with the offsets that their data will have, then the data at them.
     let mut end = directory;
     for tensor in tensors {
         let offset = end.next_multiple_of(ALIGNMENT);
@@ -296,6 +301,7 @@ pub fn write(writer: &mut impl Write, tensors: &[Tensor<'_>]) -> io::Result<()> 
     }
     let mut written = directory;
     for tensor in tensors {
+        // The same alignment as for the offsets above, so that both agree.
         let padding = written.next_multiple_of(ALIGNMENT) - written;
         writer.write_all(&[0; ALIGNMENT][..padding])?;
         match tensor.data {

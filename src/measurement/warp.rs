@@ -17,6 +17,7 @@ impl Place {
     /// The place of `angle` in an ascending series; its ends hold beyond them.
     #[must_use]
     pub fn of(angle: f64, series: &[f32]) -> Self {
+        // Beyond the last angle the share is clamped to 1; a series of one has both in one.
         let upper = series.partition_point(|a| f64::from(*a) <= angle).min(series.len() - 1);
         let lower = upper.saturating_sub(1);
         let [a, b] = [lower, upper].map(|i| f64::from(series[i]));
@@ -90,6 +91,7 @@ impl Cell {
     fn of(at: DVec2, size: [usize; 2]) -> Self {
         let scaled = [at.x, at.y].map(|t| t.clamp(0.0, 1.0));
         let [x, y] = [0, 1].map(|axis| scaled[axis] * (size[axis] - 1) as f64);
+        // The far edge belongs to the last cell, at 1.
         let [column, row] = [(x, size[0]), (y, size[1])].map(|(t, n)| (t as usize).min(n - 2));
         Self { column, row, x: x - column as f64, y: y - row as f64 }
     }
@@ -133,10 +135,12 @@ impl Warp {
             density,
         };
         for table in warp.density.values.chunks_exact(columns * rows) {
+            // Sums in f64, stored in f32: half of the memory, and the file has no more digits.
             let conditional: Vec<f64> = table.chunks_exact(columns).flat_map(cumulated).collect();
             let whole_rows = conditional.chunks_exact(columns).map(|row| row[columns - 1] as f32);
             let marginal: Vec<f64> = cumulated(&whole_rows.collect::<Vec<f32>>()).collect();
             let scale = marginal[rows - 1].recip();
+            // A black table has no density to normalise; its reciprocal is infinite.
             if !(scale.is_finite() && scale > 0.0) {
                 return None;
             }
@@ -153,10 +157,12 @@ impl Warp {
         let cell = Cell::of(at, self.density.size);
         let [c0, c1] = self.columns_density(cell, place);
         let [r0, r1] = self.rows_integral(cell.row, self.density.size[0] - 1, place);
+        // ∫ of a linear density from the patch's edge, plus that of all patches before.
         let x = cell.x * (c0 + 0.5 * cell.x * (c1 - c0))
             + self.integral(cell.row, cell.y, cell.column, place);
         let y = cell.y * (r0 + 0.5 * cell.y * (r1 - r0))
             + place.mix(&self.marginal, self.density.size[1], cell.row);
+        // The integral of the whole row at this height; a black row is mapped to its start.
         let length = lerp(r0, r1, cell.y);
         let x = if length > 0.0 { x / length } else { 0.0 };
         (DVec2::new(x, y), lerp(c0, c1, cell.x) * self.patches())
@@ -168,7 +174,9 @@ impl Warp {
         let [columns, rows] = self.density.size;
         let row = interval(rows, |row| place.mix(&self.marginal, rows, row) < uniform.y);
         let [r0, r1] = self.rows_integral(row, columns - 1, place);
+        // First y, whose density is linear between the integrals of two rows, then x there.
         let y = invert_linear(uniform.y - place.mix(&self.marginal, rows, row), r0, r1);
+        // Unnormalised along the row, as `conditional` is.
         let target = uniform.x * lerp(r0, r1, y);
         let column = interval(columns, |column| self.integral(row, y, column, place) < target);
         let cell = Cell { column, row, x: 0.0, y };
@@ -243,6 +251,7 @@ fn invert_linear(integral: f64, a: f64, b: f64) -> f64 {
     // 2I/(a + √(a² + 2I(b − a))) has no cancellation where a = b.
     let root = (a * a + 2.0 * integral * (b - a)).max(0.0).sqrt();
     let t = 2.0 * integral / (a + root);
+    // 0/0 where the density vanishes on the whole side: any t will do.
     if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 }
 }
 

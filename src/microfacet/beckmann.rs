@@ -75,6 +75,8 @@ pub fn lambda(a: f64) -> f64 {
 /// 1/(a√π) − erfcx(a), from its asymptotic series where the difference would cancel.
 fn scaled_lambda(a: f64) -> f64 {
     const FRAC_1_SQRT_PI: f64 = std::f64::consts::FRAC_2_SQRT_PI / 2.0;
+    // The difference is 1/(2a²) of its terms: at 12 it has lost a factor 288 of its digits, while
+    // ten terms of the series reach rounding there.
     if a < 12.0 {
         return FRAC_1_SQRT_PI / a - a.erfcx();
     }
@@ -96,11 +98,15 @@ fn visible_normal(wo: DVec3, alpha: f64, [u, v]: [f64; 2]) -> DVec3 {
     /// Beyond, the density no longer changes in f64.
     const LARGEST_TAN: f64 = 1e12;
     let across = DVec2::new(wo.x, wo.y);
+    // Slopes divided by α have width 1, so a direction's tangent is multiplied by it.
     let tan_theta = (alpha * across.length() / wo.z).min(LARGEST_TAN);
+    // Seen along the normal, every azimuth is as good.
     let towards = across.try_normalize().unwrap_or(DVec2::X);
     let along = visible_slope(tan_theta, u);
+    // Across the view all slopes are seen alike: t = 0.
     let beside = visible_slope(0.0, v);
     let slope = alpha * (along * towards + beside * towards.perp());
+    // A facet that rises towards the viewer has a normal that leans away.
     DVec3::new(-slope.x, -slope.y, 1.0).normalize()
 }
 
@@ -108,9 +114,12 @@ fn visible_normal(wo: DVec3, alpha: f64, [u, v]: [f64; 2]) -> DVec3 {
 ///
 /// Newton's method on F(s) = ½ erfc(−s) + t e^{−s²}/(2√π), kept inside a shrinking bracket.
 fn visible_slope(tan_theta: f64, u: f64) -> f64 {
+    /// erfc(6.5) is 4e-20, less than any step of `u` in f64.
     const FARTHEST: f64 = 6.5;
     let (mut low, mut high) = (-FARTHEST, (1.0 / tan_theta).min(FARTHEST));
+    // F(1/t) = 1 + Λ, the whole: F is not normalised.
     let target = u * cumulative(tan_theta, high);
+    // The median for t = 0; below the end 1/t, where the density is 0, for large t.
     let mut s = (low + high).clamp(-1.0, 0.0);
     for _ in 0..60 {
         let excess = cumulative(tan_theta, s) - target;
@@ -120,6 +129,7 @@ fn visible_slope(tan_theta: f64, u: f64) -> f64 {
             low = s;
         }
         let newton = s - excess / density(tan_theta, s);
+        // Halve where Newton leaves the bracket, or has no step as the density is 0.
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         if (next - s).abs() < 1e-12 {
             return next;

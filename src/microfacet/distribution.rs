@@ -28,7 +28,8 @@ pub trait Distribution: Sync {
     /// Smith's Λ at cotθ ≥ 0; infinite at grazing.
     fn lambda(&self, cot_theta: f64) -> f64;
 
-    /// A normal seen from `wo`, of density D(h) G1(wo) ⟨wo, h⟩/cosθo, from uniform numbers in [0, 1).
+    /// A normal seen from `wo`, of density D(h) G1(wo) ⟨wo, h⟩/cosθo, from uniform numbers in
+    /// [0, 1).
     fn visible_normal(&self, wo: DVec3, u: [f64; 3]) -> DVec3;
 
     /// D at tan²θ \[1/sr\].
@@ -44,6 +45,7 @@ pub trait Distribution: Sync {
     /// The density of the direction that `wo` is reflected to by a visible normal \[1/sr\]:
     /// D(h) G1(wo)/(4 cosθo).
     fn reflected_pdf(&self, tan2_theta_h: f64, cot_theta_o: f64, cos_theta_o: f64) -> f64 {
+        // G1/cosθ first: it stays finite down to the horizon.
         self.ndf(tan2_theta_h) * (0.25 * (self.g1(cot_theta_o) / cos_theta_o))
     }
 }
@@ -51,12 +53,14 @@ pub trait Distribution: Sync {
 /// lim cotθ/G1 at grazing, of any masking.
 #[must_use]
 pub fn grazing_limit(g1: impl Fn(f64) -> f64) -> f64 {
+    // cosθ and cotθ are equal to rounding there, so this is lim cosθ/G1 as well.
     GRAZING / g1(GRAZING)
 }
 
 /// D = slope density · (1+x)², 0 where the density has underflowed whatever cos⁻⁴θ is.
 #[must_use]
 pub fn from_slope_density(slope_density: f64, tan2_theta: f64) -> f64 {
+    // At x = ∞ the product would be 0·∞.
     if slope_density == 0.0 {
         return 0.0;
     }

@@ -51,6 +51,8 @@ impl Fresnel {
     /// At the ends, or where dF/dcosθd = 0: (1−cosθd)⁴ = −f1/(5 (f90−f0)).
     #[must_use]
     pub fn range_over(&self, [from, to]: [f64; 2]) -> [f64; 2] {
+        // Without a turning point the power is negative, infinite or NaN (f90 = f0), and `turn` is
+        // a NaN or −∞, which lies in no interval.
         let power = -self.f1 / (5.0 * (self.f90 - self.f0));
         let turn = 1.0 - power.sqrt().sqrt();
         let turn = (from..=to).contains(&turn).then(|| self.eval(turn));

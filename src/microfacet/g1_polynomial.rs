@@ -1,15 +1,16 @@
-//! G1 as one polynomial, for straight loops: a few fused operations in registers, where a table would
-//! have to gather.
+//! G1 as one polynomial, for straight loops: a few fused operations in registers, where a table
+//! would have to gather.
 
 use crate::math::chebyshev::{nodes, powers, series};
+use crate::math::direction::cot_of_cos;
 
 /// G1 = u·P(u) in u = c/(c + s), c = cosθ.
 ///
 /// # Derivation
 ///
 /// With s near lim cosθ/G1 at grazing, u rises as G1 does there and both tend to 1; the ratio P is
-/// smooth on the scale of the widest lobe that masks, so that its Chebyshev series over the range of
-/// u is short. v = G1/cosθ = P(u)/(c + s) stays finite down to the horizon.
+/// smooth on the scale of the widest lobe that masks, so that its Chebyshev series over the range
+/// of u is short. v = G1/cosθ = P(u)/(c + s) stays finite down to the horizon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct G1Polynomial {
     /// s.
@@ -21,8 +22,9 @@ pub struct G1Polynomial {
 }
 
 impl G1Polynomial {
-    /// The polynomial through `g1`, a function of cotθ, at `N` nodes from the horizon to cosθ = `end`,
-    /// without the last coefficients that together change it by less than `accuracy` of it.
+    /// The polynomial through `g1`, a function of cotθ, at `N` nodes from the horizon to
+    /// cosθ = `end`, without the last coefficients, which together change it by less than
+    /// `accuracy` of it.
     #[must_use]
     pub fn new<const N: usize>(
         g1: impl Fn(f64) -> f64,
@@ -35,9 +37,11 @@ impl G1Polynomial {
         let last = end / (end + scale);
         let values = nodes::<N>().map(|t| {
             let u = 0.5 * (t + 1.0) * last;
+            // The inverse of u = c/(c + s).
             let c = (scale * u / (1.0 - u).max(f64::MIN_POSITIVE)).clamp(GRAZING * scale, 1.0);
-            g1(c / ((1.0 - c) * (1.0 + c)).sqrt()) * (c + scale) / c
+            g1(cot_of_cos(c)) * (c + scale) / c
         });
+        // T_j is at most 1, so a share of the smallest P bounds the relative change everywhere.
         let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
         let coefficients = powers(needed(&series(values), accuracy * smallest));
         Self { scale, stretch: 2.0 / last, coefficients }
@@ -75,24 +79,27 @@ mod tests {
     use super::*;
     use crate::microfacet::{Accuracy, Distribution as _, Sgd, grazing_limit};
 
+    /// v = P(u)/(c + s).
+    fn visibility(polynomial: &G1Polynomial, c: f64) -> f64 {
+        let t = polynomial.stretch * c / (c + polynomial.scale) - 1.0;
+        let ratio = polynomial.coefficients.iter().rev().fold(0.0, |sum, a| sum * t + a);
+        ratio / (c + polynomial.scale)
+    }
+
     #[test]
     fn the_polynomial_is_g1_and_its_slope_is_its_own() {
         for (alpha, p) in [(0.12, 0.8), (0.015, 0.46), (1e-3, 1.2)] {
             let sgd = Sgd::new(alpha, p, Accuracy::Table);
             let scale = 3.0 * grazing_limit(|cot| sgd.g1(cot));
             let polynomial = G1Polynomial::new::<20>(|cot| sgd.g1(cot), scale, 1.0, 0.0);
-            let ratio = |c: f64| {
-                let t = polynomial.stretch * c / (c + scale) - 1.0;
-                polynomial.coefficients.iter().rev().fold(0.0, |sum, a| sum * t + a)
-            };
             for c in [1e-6, 1e-3, 0.05, 0.3, 0.9] {
-                let g1 = ratio(c) * c / (c + scale);
+                let g1 = visibility(&polynomial, c) * c;
                 let exact = sgd.g1(c / (1.0_f64 - c * c).sqrt());
                 assert!((g1 / exact - 1.0).abs() < 2e-5, "{alpha} {p} {c}: {g1} {exact}");
             }
-            let v = |c: f64| ratio(c) / (c + scale);
             let step = 1e-6 * scale;
-            let slope = (v(step).ln() - v(0.0).ln()) / (step / (step + scale));
+            let [low, high] = [0.0, step].map(|c| visibility(&polynomial, c).ln());
+            let slope = (high - low) / (step / (step + scale));
             assert!((slope - polynomial.log_slope()).abs() < 1e-4 * (1.0 + slope.abs()));
         }
     }

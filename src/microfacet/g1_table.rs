@@ -27,15 +27,17 @@ impl G1Table {
     /// The table of a mixture's G1.
     #[must_use]
     pub fn of(mixture: &BeckmannMixture) -> Self {
+        // Between the two widths G1/cotθ has structure, and nowhere else.
         let [narrowest, widest] = mixture.widths();
-        let ratio = |cot: f64| mixture.g1(cot) / cot;
-        Self(OctaveTable::new([LOW * narrowest, HIGH * widest], ratio))
+        let range = [LOW * narrowest, HIGH * widest];
+        Self(OctaveTable::new(range, |cot| mixture.g1(cot) / cot))
     }
 
     /// G1 at cotθ ≥ 0.
     #[inline]
     #[must_use]
     pub fn g1(&self, cot_theta: f64) -> f64 {
+        // Beyond the widest lobe nothing masks; just before, rounding may pass 1.
         self.0.value(cot_theta).map_or(1.0, |ratio| (ratio * cot_theta).min(1.0))
     }
 }
@@ -63,6 +65,7 @@ impl SingleG1Table {
     /// The coarsest table whose measured error keeps [`Self::ACCURACY`], or else the finest.
     #[must_use]
     pub fn new(exact: &impl Distribution) -> Self {
+        // Fineness 5, 6 and 7 cover 64, 32 and 16 octaves.
         let coarse = (5..7).map(|fineness| Self::with_fineness(exact, fineness));
         coarse
             .into_iter()
@@ -90,7 +93,8 @@ impl SingleG1Table {
         (scale + (index % per_octave) as f64 * width, width)
     }
 
-    /// The largest relative error of G1 seen at the quarters and ends of every piece, and below the first.
+    /// The largest relative error of G1 seen at the quarters and ends of every piece, and below the
+    /// first.
     #[must_use]
     pub fn error(&self, exact: &impl Distribution) -> f64 {
         let lowest = Self::interval(0, self.fineness).0;
@@ -98,6 +102,7 @@ impl SingleG1Table {
             let (start, width) = Self::interval(index, self.fineness);
             [0.001, 0.25, 0.5, 0.75, 0.999].map(|v| start + width * v)
         });
+        // Below the first piece the table is constant, so the exact ratio has to be.
         let below = [lowest * 1e-9, lowest * 0.5];
         inside
             .chain(below)
@@ -112,13 +117,17 @@ impl SingleG1Table {
     #[inline(always)]
     #[must_use]
     pub fn ratio(&self, t: f32) -> f32 {
+        /// The last f32 below 1, where the pieces end.
         const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
         let shift = 23 - self.fineness;
+        // The bits of 2^−octaves, where the first piece starts.
         let first = (127 - (PIECES as u32 >> self.fineness)) << 23;
         // Signed, so that everything below the first piece stays there.
         let clamped = max(min(t, LARGEST), 0.0);
         let offset = (clamped.to_bits().cast_signed() - first.cast_signed()).max(0).cast_unsigned();
+        // In range anyway; the `min` spares the loop a bounds check.
         let [c0, c1, c2, c3] = self.pieces[((offset >> shift) as usize).min(PIECES - 1)];
+        // The bits below the index, scaled by 2^−shift to [0, 1) and then to [−1, 1).
         let within = (offset & ((1 << shift) - 1)).cast_signed() as f32;
         let v = 2.0 * (within * f32::from_bits((127 - shift) << 23)) - 1.0;
         c0 + v * (c1 + v * (c2 + v * c3))

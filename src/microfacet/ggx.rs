@@ -53,6 +53,7 @@ impl Distribution for Ggx {
 #[must_use]
 pub fn lambda(a: f64) -> f64 {
     // √(1+y) − 1 = y/(√(1+y) + 1) without cancellation.
+    // At grazing y overflows, and ∞/∞ would be NaN.
     let y = 1.0 / (a * a);
     if y.is_finite() { 0.5 * y / ((1.0 + y).sqrt() + 1.0) } else { f64::INFINITY }
 }
@@ -78,10 +79,12 @@ pub fn ndf_by_log_alpha(alpha: f64, tan2_theta: f64) -> f64 {
 /// form of Dupuy and Benyoub 2023).
 fn visible_normal(wo: DVec3, alpha: f64, [u, v]: [f64; 2]) -> DVec3 {
     let stretched = DVec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
+    // Uniform on the cap z > −stretched.z: equal heights of a sphere have equal areas.
     let z = (1.0 - v) * (1.0 + stretched.z) - stretched.z;
     let sin_theta = (1.0 - z * z).max(0.0).sqrt();
     let (sin_phi, cos_phi) = (TAU * u).sin_cos();
     let h = DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, z) + stretched;
+    // h.z is 0 or more but for rounding.
     DVec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0)).normalize()
 }
 

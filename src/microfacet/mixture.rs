@@ -71,6 +71,7 @@ impl BeckmannMixture {
         let rule = gauss_jacobi(p, node_count(alpha, p, length, accuracy));
         let log_density: Vec<f64> =
             rule.iter().map(|node| log_density(alpha, p, node.x * length)).collect();
+        // `of` scales the sum to 1, so K is not needed; relative to the largest, none overflows.
         let largest = log_density.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let raw = rule.iter().zip(&log_density).map(|(node, log_density)| Component {
             alpha: (alpha / (node.x * length).exp()).sqrt(),
@@ -83,6 +84,7 @@ impl BeckmannMixture {
     /// negligible end cut off.
     #[must_use]
     pub fn of(mut components: Vec<Component>) -> Self {
+        // Widest first: `lambda` ends early at the narrow ones, which mask least.
         components.sort_by(|a, b| b.alpha.total_cmp(&a.alpha));
         let total: f64 = components.iter().map(|component| component.weight).sum();
         // The narrow end: each adds less than its weight to Λ and D alike.
@@ -112,6 +114,7 @@ impl BeckmannMixture {
     ///
     /// Component j is chosen with probability ∝ w_j (1 + Λ_j(wo)), its share of the visible area.
     fn visible_width(&self, cot_theta: f64, choice: f64) -> f64 {
+        // 1 + Λ = Σ w_j (1 + Λ_j) is the whole, as the weights sum to 1.
         let mut rest = choice * (1.0 + self.lambda(cot_theta));
         for Component { alpha, weight } in &self.components {
             rest -= weight * (1.0 + beckmann::lambda(cot_theta / alpha));
@@ -122,8 +125,8 @@ impl BeckmannMixture {
         self.components.last().map_or(1.0, |component| component.alpha)
     }
 
-    /// The width of the component that `choice` falls to among those that mask at cotθ, and where in
-    /// its share.
+    /// The width of the component that `choice` falls to among those that mask at cotθ, and the
+    /// place in its share, in [0, 1).
     ///
     /// Component j is chosen with probability w_j Λ_j/Λ; `lambda` is Λ there.
     #[must_use]
@@ -137,16 +140,15 @@ impl BeckmannMixture {
             }
             rest -= masked;
         }
-        // `lambda` was rounded up.
+        // `lambda` was rounded up, or comes from a table.
         (widest, 0.5)
     }
 }
 
 impl Distribution for BeckmannMixture {
     fn slope_density(&self, tan2_theta: f64) -> f64 {
-        let density =
-            |c: &Component| c.weight * Beckmann { alpha: c.alpha }.slope_density(tan2_theta);
-        self.components.iter().map(density).sum()
+        let components = self.components.iter();
+        components.map(|c| c.weight * Beckmann { alpha: c.alpha }.slope_density(tan2_theta)).sum()
     }
 
     /// Λ = Σ w_j Λ_j: the slope density enters it linearly.
@@ -166,6 +168,7 @@ impl Distribution for BeckmannMixture {
     /// Exact: with D = Σ w_j D_j and one G1, a component is chosen by its visible area.
     fn visible_normal(&self, wo: DVec3, [choice, u, v]: [f64; 3]) -> DVec3 {
         let alpha = self.visible_width(cot_theta(wo), choice);
+        // Beckmann's distribution has no use for the first number.
         Beckmann { alpha }.visible_normal(wo, [0.0, u, v])
     }
 }
@@ -184,29 +187,31 @@ impl SharedMixture {
     #[must_use]
     pub fn of_lobe(&self, lobe: usize) -> BeckmannMixture {
         let components = self.alpha.iter().zip(&self.weights);
-        let component = |(alpha, weights): (&f64, &Vec<f64>)| Component {
+        let components = components.map(|(alpha, weights)| Component {
             alpha: *alpha,
             weight: weights.get(lobe).copied().unwrap_or(0.0),
-        };
-        BeckmannMixture::of(components.map(component).collect())
+        });
+        BeckmannMixture::of(components.collect())
     }
 }
 
 /// ln of the mixture's density over y, without its endpoint factor y^{p−1}.
 fn log_density(alpha: f64, p: f64, y: f64) -> f64 {
+    // (e^y − 1)/y is 0/0 at y = 0, where the first node of a p → 0 lies.
     let ratio = if y < 1e-8 { 1.0 } else { y.exp_m1() / y };
     (p - 1.0) * ratio.ln() - alpha * y.exp_m1()
 }
 
-/// The y beyond which the mixture's remaining weight is below `accuracy`: there
-/// α(e^y − 1) exceeds the mode (p−1) of the gamma-like tail by enough decades.
+/// The y beyond which the mixture's remaining weight is below `accuracy`.
 fn support(alpha: f64, p: f64, accuracy: f64) -> f64 {
+    // With t = α(e^y − 1) the density is about t^{p−1} e^{−t}: e^{−t} = `accuracy` there, and
+    // 3 + 2.5p more make up for the power.
     let decay = 3.0 - accuracy.ln() + 2.5 * p;
     (decay / alpha).ln_1p()
 }
 
-/// A rule of n nodes costs n³. Only α below 1e-35 or p above 8e3 ask for more, far from any surface;
-/// the accuracy is then lost, which the laws show.
+/// A rule of n nodes costs n³. Only α below 1e-35 or p above 8e3 ask for more, far from any
+/// surface; the accuracy is then lost, which the laws show.
 const MAX_NODES: f64 = 400.0;
 
 /// No fit of the catalogue has a larger p.
@@ -222,7 +227,9 @@ const LARGEST_MEASURED_P: f64 = 3.0;
 /// one more node for each whole power.
 fn node_count(alpha: f64, p: f64, length: f64, accuracy: f64) -> usize {
     let digits = -accuracy.ln();
+    // ρ^{−2n} = `accuracy`, as n nodes integrate polynomials of degree 2n − 1 exactly.
     let for_strip = 0.5 * digits / (PI / length).asinh();
+    // (2n)²/decay = −ln `accuracy`, with decay = α(e^length − 1).
     let for_decay = 0.5 * (alpha * length.exp_m1() * digits).sqrt();
     let for_power = (p - LARGEST_MEASURED_P).max(0.0);
     (for_strip.max(for_decay).ceil() + 2.0 + for_power.ceil()).min(MAX_NODES) as usize

@@ -24,9 +24,8 @@ use crate::microfacet::{BeckmannMixture, G1Table};
 /// since ∫ P22 (t x − 1)₊ = Λ and 1 − G1 = G1 Λ. The rest, a twentieth of the draws over the
 /// hemisphere, comes from one component of the Beckmann mixture.
 ///
-/// Slopes of P22 have their squared length x from e = −ln S(x), S the share of slopes that are
-/// longer; e is the logarithm of a uniform number, x(e) a table
-/// within 2e-7.
+/// The squared length x of a slope of P22 follows from e = −ln S(x), S the share of slopes that are
+/// longer: S is uniform, and x(e) is a table within a relative 2e-7.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VisibleNormals {
     g1: G1Table,
@@ -58,6 +57,7 @@ impl VisibleNormals {
         let cot = cot_theta(wo);
         let across = DVec2::new(wo.x, wo.y);
         let towards = across.try_normalize().unwrap_or(DVec2::X);
+        // With probability G1 a mirrored slope; what is left of `choice` is uniform again.
         let slope = if choice < g1 {
             self.mirrored(cot, [choice / g1, u, v])
         } else {
@@ -69,9 +69,11 @@ impl VisibleNormals {
 
     /// A slope of P22, its x mirrored to point towards the viewer where that is due.
     fn mirrored(&self, cot: f64, [mirror, u, v]: [f64; 3]) -> DVec2 {
+        // 1 − u, unlike u, is never 0.
         let length = self.squared_slope.at(-(-u).ln_1p()).sqrt();
         let (sin, cos) = (TAU * v).sin_cos();
         let x = length * cos;
+        // mirror < t |x|, without the division by cot = 1/t, which is 0 at grazing.
         DVec2::new(if mirror * cot < -x { -x } else { x }, length * sin)
     }
 
@@ -86,6 +88,7 @@ impl VisibleNormals {
     #[must_use]
     pub fn beyond(&self, cot: f64, lambda: f64, [choice, u, v]: [f64; 3]) -> DVec2 {
         let (alpha, place) = self.mixture.masking_width(cot, lambda, choice);
+        // One coordinate of Box and Muller's pair, of density e^{−s²}/√π.
         let across = (-(-place).ln_1p()).sqrt() * (TAU * v).cos();
         alpha * DVec2::new(masking_slope(cot / alpha, u), across)
     }
@@ -102,14 +105,15 @@ impl VisibleNormals {
 /// The right side is convex in d and at least d², so Newton's method from √(−ln(1 − u)) descends to
 /// the root.
 fn masking_slope(a: f64, u: f64) -> f64 {
-    const MOST_STEPS: usize = 30;
+    const MAX_STEPS: usize = 30;
     const ENOUGH: f64 = 1e-9;
-    let q = |s: f64| 1.0 - a * PI.sqrt() * s.erfcx();
-    let (e, q_a) = (-(-u).ln_1p(), q(a));
+    // a < 28, where Λ ends: q(a), about 1/(2a²), keeps twelve digits.
+    let (e, q_a) = (-(-u).ln_1p(), q(a, a));
     let mut d = e.sqrt();
-    for _ in 0..MOST_STEPS {
-        let q_s = q(a + d);
+    for _ in 0..MAX_STEPS {
+        let q_s = q(a, a + d);
         let excess = d * (2.0 * a + d) - (q_s / q_a).ln() - e;
+        // The slope is 2d/q(s), since q′ = 2s q − 2d.
         let step = excess * q_s / (2.0 * d);
         // Rounding may be all that is left of the excess; it is not a number at d = 0.
         if step.is_nan() || step <= 0.0 {
@@ -121,6 +125,11 @@ fn masking_slope(a: f64, u: f64) -> f64 {
         }
     }
     a + d.max(0.0)
+}
+
+/// q(s) = 1 − a √π erfcx(s).
+fn q(a: f64, s: f64) -> f64 {
+    1.0 - a * PI.sqrt() * s.erfcx()
 }
 
 /// The squared length x of a slope against e = −ln S(x), S the share of longer slopes, within a
@@ -137,14 +146,15 @@ impl SquaredSlope {
         let rates: Vec<_> =
             mixture.components().iter().map(|c| (c.weight, 1.0 / (c.alpha * c.alpha))).collect();
         let [narrowest, _] = mixture.widths();
+        // Below, even the narrowest component has not decayed: x/e is smooth, one piece suffices.
         let core = longer(&rates, narrowest * narrowest)[0].max(f64::MIN_POSITIVE);
         let steepest = longer(&rates, 0.0)[1];
         let mut last = [0.0, 0.0, steepest];
-        let ratio = |e: f64| {
+        // Each search starts where the last one ended.
+        Self(OctaveTable::new([core.clamp(1e-12, 1.0), Self::FARTHEST], |e| {
             last = inverse(&rates, e, last, steepest);
             last[0] / e
-        };
-        Self(OctaveTable::new([core.clamp(1e-12, 1.0), Self::FARTHEST], ratio))
+        }))
     }
 
     #[inline]
@@ -172,10 +182,11 @@ fn longer(rates: &[(f64, f64)], x: f64) -> [f64; 2] {
 /// e(x) is concave, as S is a mixture of exponentials: Newton's method ends up below the root and
 /// climbs.
 fn inverse(rates: &[(f64, f64)], e: f64, last: [f64; 3], steepest: f64) -> [f64; 3] {
-    const MOST_STEPS: usize = 60;
+    const MAX_STEPS: usize = 60;
     const ENOUGH: f64 = 1e-13;
     let [mut x, mut found, mut slope] = last;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
+        // A concave curve lies below its tangent at 0, so x ≥ e/steepest: never below 0.
         let next = (x + (e - found) / slope).max(e / steepest);
         let done = (next - x).abs() <= ENOUGH * next;
         x = next;
@@ -217,12 +228,12 @@ mod tests {
 
     #[test]
     fn masking_slopes_invert_their_distribution_function() {
-        for a in [1e-6, 0.3, 1.0, 3.0, 8.0] {
-            // Of (s − a) e^{−s²} beyond s, without its constant.
-            let beyond = |s: f64| (-s * s).exp() * (1.0 - a * PI.sqrt() * s.erfcx());
+        for a in [1e-6, 0.3, 1.0, 3.0, 8.0_f64] {
+            // ∫ (s − a) e^{−s²} beyond s is e^{−s²} q(s)/2.
+            let all = q(a, a) * f64::exp(-a * a);
             for u in [0.0, 1e-9, 1e-3, 0.3, 0.5, 0.9, 1.0 - 1e-9] {
                 let s = masking_slope(a, u);
-                let share = 1.0 - beyond(s) / beyond(a);
+                let share = 1.0 - (-s * s).exp() * q(a, s) / all;
                 assert!(s >= a && (share - u).abs() < 1e-10, "{a} {u}: {s} {share}");
             }
         }

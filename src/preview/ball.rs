@@ -35,6 +35,7 @@ pub fn normal_at(x: f64, y: f64) -> Option<DVec3> {
 /// A shading frame whose third axis is the unit `normal` (Duff et al. 2017).
 #[must_use]
 pub fn frame(normal: DVec3) -> DMat3 {
+    // Each hemisphere has a form of its own, so that nothing is divided by 0 at ∓z.
     let sign = 1.0_f64.copysign(normal.z);
     let a = -1.0 / (sign + normal.z);
     let b = normal.x * normal.y * a;
@@ -47,6 +48,7 @@ pub fn frame(normal: DVec3) -> DMat3 {
 #[must_use]
 pub fn pixel_centre(size: usize, column: usize, row: usize) -> [f64; 2] {
     let [x, y] = [column, row].map(|index| 2.0 * (index as f64 + 0.5) / size as f64 - 1.0);
+    // Rows run downwards, y upwards.
     [x, -y]
 }
 
@@ -94,9 +96,9 @@ mod tests {
         let material = &find("gold-paint").expect("in the catalogue").material;
         let brdf = SgdBrdf::new(material, MaskingKind::Fitted);
         let film = under_sun(&brdf, KEY_LIGHT, 32);
-        let at = |column: usize, row: usize| film.pixels[row * 32 + column];
-        assert_eq!(at(0, 0).alpha, 0.0);
-        assert!(at(10, 10).rgb[0] > 4.0 * at(21, 21).rgb[0]);
-        assert!(at(10, 10).rgb[0] > at(10, 10).rgb[2], "gold is yellow");
+        let [corner, upper_left, lower_right] = [0, 10, 21].map(|i| film.pixels[i * 32 + i]);
+        assert_eq!(corner.alpha, 0.0);
+        assert!(upper_left.rgb[0] > 4.0 * lower_right.rgb[0]);
+        assert!(upper_left.rgb[0] > upper_left.rgb[2], "gold is yellow");
     }
 }

@@ -17,8 +17,10 @@ const WHITE: f64 = 4.0;
 /// (Reinhard et al. 2002, equation 4).
 #[must_use]
 pub fn tone_map(rgb: [f64; 3]) -> [f64; 3] {
+    // f, and with it Y, is below 0 where a published F is; 1 + Y must stay positive.
     let y = luminance(rgb).max(0.0);
     let scale = (1.0 + y / (WHITE * WHITE)) / (1.0 + y);
+    // One scale for all channels keeps the hue until one of them clips.
     rgb.map(|c| (c * scale).clamp(0.0, 1.0))
 }
 
@@ -65,8 +67,7 @@ mod tests {
     #[test]
     fn of_two_greys_the_difference_is_in_lightness() {
         // ΔE2000 = ΔL/(1 + 0.015 (L̄ − 50)²/√(20 + (L̄ − 50)²)) with L = 116 ∛Y − 16.
-        let lightness = |grey: f64| 116.0 * tone_map([grey; 3])[0].cbrt() - 16.0;
-        let [dark, light] = [0.1, 0.9].map(lightness);
+        let [dark, light] = [0.1, 0.9].map(|grey| 116.0 * tone_map([grey; 3])[0].cbrt() - 16.0);
         let from_50 = 0.5 * (dark + light) - 50.0;
         let weight = 1.0 + 0.015 * from_50.powi(2) / (20.0 + from_50.powi(2)).sqrt();
         let difference = delta_e2000([0.1; 3], [0.9; 3]);

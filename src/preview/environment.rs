@@ -66,7 +66,7 @@ pub enum EnvironmentError {
         reason: String,
     },
     /// Decoded, but no light: empty, black, negative or not finite everywhere.
-    #[error("the environment gives no light: accepted is an image with finite, positive radiance")]
+    #[error("the environment gives no light; use an image with finite, positive radiance")]
     Dark,
 }
 
@@ -81,6 +81,7 @@ impl Environment {
     pub fn new(width: usize, pixels: &[[f32; 3]]) -> Result<Self, EnvironmentError> {
         let height = pixels.len().checked_div(width).unwrap_or(0);
         let edges: Vec<f64> = (0..=height).map(|row| polar_cosine(row, height)).collect();
+        // An incomplete last row is dropped; `pdf` holds the luminance until its scale is known.
         let mut texels: Vec<Texel> = pixels[..width * height]
             .iter()
             .map(|rgb| {
@@ -89,11 +90,13 @@ impl Environment {
             })
             .collect();
         let columns: Vec<Steps> = texels.par_chunks(width.max(1)).map(Steps::of_row).collect();
+        // All texels of a row have the same solid angle, 2π/width times the difference of cosθ.
         let heights = edges.windows(2).map(|edge| edge[0] - edge[1]);
         let rows = Steps::new(columns.iter().zip(heights).map(|(row, height)| row.total * height));
         if !(rows.total > 0.0 && rows.total.is_finite()) {
             return Err(EnvironmentError::Dark);
         }
+        // p = L/∫ L dω, ∫ L dω = 2π/width · Σ L Δcosθ.
         let scale = width as f64 / (TAU * rows.total);
         for texel in &mut texels {
             texel.pdf = (f64::from(texel.pdf) * scale) as f32;
@@ -107,11 +110,10 @@ impl Environment {
     ///
     /// [`EnvironmentError`]: the file cannot be read or decoded, or gives no light.
     pub fn load(path: &Path) -> Result<Self, EnvironmentError> {
-        let unreadable =
-            |reason: String| EnvironmentError::Unreadable { path: path.to_owned(), reason };
         let is_exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        let (width, pixels) =
-            if is_exr { read_exr(path) } else { read_hdr(path) }.map_err(unreadable)?;
+        let image = if is_exr { read_exr(path) } else { read_hdr(path) };
+        let (width, pixels) = image
+            .map_err(|reason| EnvironmentError::Unreadable { path: path.to_owned(), reason })?;
         Self::new(width, &pixels)
     }
 
@@ -133,6 +135,7 @@ impl Environment {
     #[must_use]
     pub fn look(&self, direction: DVec3) -> Arriving {
         let (u, v) = coordinates(direction);
+        // u and v are 1 on the last edge.
         let column = ((u * self.width as f64) as usize).min(self.width - 1);
         let row = ((v * self.height as f64) as usize).min(self.height - 1);
         self.arriving(direction, row * self.width + column)
@@ -175,6 +178,7 @@ impl Steps {
         let cumulative: Vec<f32> = weights
             .map(|weight| {
                 sum += weight;
+                // A black row has no share, and none is ever drawn from it.
                 (sum / total.max(f64::MIN_POSITIVE)) as f32
             })
             .collect();
@@ -193,7 +197,9 @@ impl Steps {
     /// The index that `u` in [0, 1) falls to, and where in its share, in [0, 1].
     fn at(&self, u: f64) -> (usize, f64) {
         let last = self.cumulative.len() - 1;
+        // One look-up, then on the average less than two steps.
         let mut index = self.guide[(u * self.guide.len() as f64) as usize] as usize;
+        // `<=` steps over indices without a share.
         while index < last && f64::from(self.cumulative[index]) <= u {
             index += 1;
         }
@@ -226,6 +232,7 @@ fn azimuth(u: f64) -> f64 {
 
 /// The direction at a polar angle from +y of the given cosine, and an azimuth.
 fn turned(cos_theta: f64, azimuth: f64) -> DVec3 {
+    // 1 − cos² would cancel near the poles.
     let sin_theta = ((1.0 - cos_theta) * (1.0 + cos_theta)).max(0.0).sqrt();
     let (sin_phi, cos_phi) = azimuth.sin_cos();
     DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
@@ -239,6 +246,7 @@ fn direction_at(u: f64, v: f64) -> DVec3 {
 /// Image coordinates (u, v) in [0, 1] of a unit direction.
 fn coordinates(direction: DVec3) -> (f64, f64) {
     let u = 0.5 + direction.x.atan2(-direction.z) / TAU;
+    // Rounding may leave [−1, 1], where acos is NaN.
     (u, direction.y.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
 }
 
@@ -269,6 +277,7 @@ fn read_hdr(path: &Path) -> Result<(usize, Vec<[f32; 3]>), String> {
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(LARGEST_SIDE);
     limits.max_image_height = Some(LARGEST_SIDE);
+    // The default of 512 MiB refuses a panorama of 16384 × 8192 pixels, 1.6 GB as floats.
     limits.max_alloc = Some(4 << 30);
     reader.limits(limits);
     let image = reader.decode().map_err(|error| error.to_string())?.into_rgb32f();

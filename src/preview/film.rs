@@ -46,6 +46,7 @@ impl Pixel {
     /// The mean of four pixels, each colour weighted by its coverage.
     fn mean(four: [Self; 4]) -> Self {
         let alpha = four.iter().map(|pixel| pixel.alpha).sum::<f64>();
+        // Unweighted, the black of uncovered pixels would darken the rim.
         let rgb = [0, 1, 2].map(|c| match alpha > 0.0 {
             true => four.iter().map(|pixel| pixel.rgb[c] * pixel.alpha).sum::<f64>() / alpha,
             false => 0.0,
@@ -96,6 +97,7 @@ impl Film {
         use exr::prelude::{Image, SpecificChannels, Text, WritableImage as _};
         let channels = SpecificChannels::rgba(|at: exr::math::Vec2<usize>| {
             let Pixel { rgb, alpha } = self.pixels[at.y() * self.width + at.x()];
+            // OpenEXR colours are premultiplied; those of PNG are not.
             let [r, g, b] = rgb.map(|c| (c * alpha) as f32);
             (r, g, b, alpha as f32)
         });
@@ -110,6 +112,7 @@ impl Film {
     /// Images of one height, from left to right.
     #[must_use]
     pub fn beside(films: &[Self]) -> Self {
+        // The least height: no film is read past its end.
         let height = films.iter().map(|film| film.height).min().unwrap_or(0);
         let rows = (0..height).flat_map(|row| {
             films.iter().flat_map(move |film| &film.pixels[row * film.width..][..film.width])
@@ -122,6 +125,7 @@ impl Film {
     #[must_use]
     pub fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
+        // The upper left of each four; an odd last row or column is dropped.
         let firsts = (0..width * height).map(|i| 2 * (i / width) * self.width + 2 * (i % width));
         let pixels = firsts
             .map(|i| Pixel::mean([0, 1, self.width, self.width + 1].map(|n| self.pixels[i + n])));
@@ -133,6 +137,7 @@ impl Film {
     pub fn delta_e(&self, other: &Self) -> DeltaE {
         let pairs = self.pixels.iter().zip(&other.pixels);
         let map: Vec<Option<f64>> = pairs
+            // Straight colours: at the rim coverage does not count as a difference.
             .map(|(a, b)| (a.alpha > 0.0 && b.alpha > 0.0).then(|| delta_e2000(a.rgb, b.rgb)))
             .collect();
         let covered = map.iter().flatten();

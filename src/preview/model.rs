@@ -11,6 +11,7 @@ use crate::microfacet::Family;
 
 /// A reflectance that stands for a material: its own, or the best fit of another model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Model {
     /// The measured material
     #[default]

@@ -1,11 +1,11 @@
 //! The picture of a shape under an environment, by Monte Carlo integration.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
-use crate::brdf::sampler::{Sampler, Strategy, Towards};
+use crate::brdf::batch::{Draws, Pairs, SamplerBatch, SamplesMut};
 use crate::brdf::{MaskingKind, Reflectance, SgdBrdf};
 use crate::material::{Material, catalog};
 use crate::math::direction::{above_horizon, spherical};
@@ -15,13 +15,13 @@ use crate::preview::environment::{Arriving, Environment};
 use crate::preview::film::{Film, Pixel};
 use crate::preview::shape::{Hit, Shape};
 
-/// The work that a picture is.
+/// How large a picture is and how much work goes into it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quality {
     /// Width and height in pixels.
     pub size: usize,
     /// Directions to the light per pixel, rounded up to a multiple of [`DIRECTIONS`]; at least two
-    /// points of a pixel are looked at, so that its noise can be told.
+    /// points of a pixel are looked at, so that its noise can be estimated.
     pub samples: usize,
     /// The same seed gives the same picture, on any number of threads.
     pub seed: u64,
@@ -73,7 +73,7 @@ pub const DIRECTIONS: usize = 16;
 pub fn render<const MODELS: usize>(
     shape: &Shape,
     environment: &Environment,
-    surface: &Sampler,
+    surface: &SamplerBatch,
     models: [&dyn Reflectance; MODELS],
     quality: Quality,
     row_done: &(dyn Fn() + Sync),
@@ -82,6 +82,7 @@ pub fn render<const MODELS: usize>(
     let rows: Vec<Vec<[Seen; MODELS]>> = (0..quality.size)
         .into_par_iter()
         .map(|row| {
+            // One memory for all pixels of a row.
             let mut paths = Paths::default();
             let seen =
                 (0..quality.size).map(|column| view.pixel(column, row, &mut paths)).collect();
@@ -90,15 +91,15 @@ pub fn render<const MODELS: usize>(
         })
         .collect();
     std::array::from_fn(|model| {
+        // Summed row by row in order, so that the noise has the same bits on any number of threads.
         develop(quality.size, rows.iter().flatten().map(|seen| seen[model]))
     })
 }
 
-/// The sampler of directions for a material: GGX lobes tuned to its own, by their visible
-/// normals, whose density costs less than the material's own.
+/// What the directions for a material are drawn from: its own visible normals.
 #[must_use]
-pub fn drawn_from(material: &Material) -> Sampler {
-    Sampler::new(material, MaskingKind::Fitted, Strategy::Ggx)
+pub fn drawn_from(material: &Material) -> SamplerBatch {
+    SamplerBatch::new(material, MaskingKind::Exact)
 }
 
 /// The sampler of directions for a reflectance without parameters: that of the material of
@@ -108,7 +109,7 @@ pub fn drawn_from(material: &Material) -> Sampler {
 ///
 /// Never: the catalogue is not empty.
 #[must_use]
-pub fn drawn_like(reflectance: &dyn Reflectance) -> Sampler {
+pub fn drawn_like(reflectance: &dyn Reflectance) -> SamplerBatch {
     let seen = logarithms(reflectance);
     let materials = catalog().iter().map(|entry| {
         let known = logarithms(&SgdBrdf::new(&entry.material, MaskingKind::Fitted));
@@ -125,10 +126,12 @@ pub fn drawn_like(reflectance: &dyn Reflectance) -> Sampler {
 fn logarithms(reflectance: &dyn Reflectance) -> Vec<f64> {
     const COUNT: i32 = 24;
     let values = (0..COUNT).map(|i| {
+        // Squared: denser near the normal, where sharp lobes differ.
         let theta_h = 1.4 * (f64::from(i) / f64::from(COUNT)).powi(2);
         let (h, aside) = (spherical(theta_h, 0.0), DVec3::new(0.0, 0.3, 0.0));
         let [wi, wo] = [h + aside, h - aside].map(DVec3::normalize);
         let grey = reflectance.eval(wi, wo).iter().sum::<f64>() / 3.0;
+        // f is 0 or negative where a curve F is.
         grey.max(1e-6).ln()
     });
     values.collect()
@@ -156,7 +159,7 @@ fn develop(size: usize, seen: impl Iterator<Item = Seen> + Clone) -> Render {
 struct View<'a, const MODELS: usize> {
     shape: &'a Shape,
     environment: &'a Environment,
-    surface: &'a Sampler,
+    surface: &'a SamplerBatch,
     models: [&'a dyn Reflectance; MODELS],
     quality: Quality,
 }
@@ -164,20 +167,61 @@ struct View<'a, const MODELS: usize> {
 /// The directions of one pixel; kept between pixels for its memory.
 #[derive(Default)]
 struct Paths {
+    points: Vec<Point>,
+    lit: Lit,
+    drawn: Drawn,
     pairs: Vec<[DVec3; 2]>,
-    /// L cosθi/q.
-    light: Vec<[f64; 3]>,
-    /// Paths before each point's first.
-    points: Vec<usize>,
+    /// L cosθi/q of a pair, and the point it belongs to.
+    light: Vec<([f64; 3], usize)>,
     f: Vec<[f64; 3]>,
+    reflected: Vec<DVec3>,
 }
+
+/// A point of the shape within a pixel.
+#[derive(Clone, Copy)]
+struct Point {
+    hit: Hit,
+    to_world: DMat3,
+    /// The direction to the viewer in the point's frame.
+    wo: DVec3,
+}
+
+/// A vector for each direction, a column per component.
+type Columns = [Vec<f32>; 3];
+
+/// Directions drawn where the environment is bright.
+#[derive(Default)]
+struct Lit {
+    /// The point of each, wi and the light.
+    lamps: Vec<(usize, DVec3, Arriving)>,
+    wi: Columns,
+    wo: Columns,
+    /// The surface's densities.
+    pdf: Vec<f32>,
+}
+
+/// Directions drawn where the surface reflects, [`OF_EACH`] of each point in turn.
+#[derive(Default)]
+struct Drawn {
+    wo: Columns,
+    u: Columns,
+    wi: Columns,
+    weight: Columns,
+    pdf: Vec<f32>,
+}
+
+/// Directions of a point that either technique draws.
+const OF_EACH: usize = DIRECTIONS / 2;
 
 impl<const MODELS: usize> View<'_, MODELS> {
     fn pixel(&self, column: usize, row: usize, paths: &mut Paths) -> [Seen; MODELS] {
         let index = (row * self.quality.size + column) as u64;
+        // A stream for each pixel: its directions do not depend on the thread that draws them.
         let mut rng = Pcg64Mcg::seed_from_u64(self.quality.seed ^ (index + 1).wrapping_mul(STREAM));
+        // A standard error takes two.
         let points = self.quality.samples.div_ceil(DIRECTIONS).max(2);
         paths.clear();
+        // A random start for each pixel turns the regularity of one sequence into noise.
         let start = Start { point: rng.random(), light: rng.random(), surface: rng.random() };
         for point in 0..points {
             let [x, y] = self.picture_point(column, row, spread(start.point, R2, point));
@@ -185,6 +229,8 @@ impl<const MODELS: usize> View<'_, MODELS> {
                 self.trace(&hit, &start, point, paths);
             }
         }
+        self.connect_lit(paths);
+        self.connect_drawn(paths);
         let alpha = paths.points.len() as f64 / points as f64;
         self.models.map(|model| paths.seen(model, alpha))
     }
@@ -195,43 +241,97 @@ impl<const MODELS: usize> View<'_, MODELS> {
         [(column as f64 + offset[0]) * scale - 1.0, 1.0 - (row as f64 + offset[1]) * scale]
     }
 
+    /// Directions to light from one point, and numbers for as many along which it reflects.
     fn trace(&self, hit: &Hit, start: &Start, point: usize, paths: &mut Paths) {
-        paths.points.push(paths.pairs.len());
         let to_world = frame(hit.normal);
         let to_local = to_world.transpose();
-        let Some(surface) = self.surface.towards(to_local * TO_VIEWER) else { return };
-        for index in point * (DIRECTIONS / 2)..(point + 1) * (DIRECTIONS / 2) {
+        let wo = to_local * TO_VIEWER;
+        let place = paths.points.len();
+        paths.points.push(Point { hit: *hit, to_world, wo });
+        // On from the last point: the sequences fill the whole pixel evenly, not each point.
+        for index in point * OF_EACH..(point + 1) * OF_EACH {
             let lamp = self.environment.sample(spread(start.light, R2, index));
-            self.connect(hit, &surface, to_local * lamp.direction, lamp, paths);
-            if let Some(wi) = surface.sample(spread(start.surface, R3, index)) {
-                let lamp = self.environment.look(to_world * wi);
-                self.connect(hit, &surface, wi, lamp, paths);
+            let wi = to_local * lamp.direction;
+            if above_horizon(wi) && !self.shape.shadows(hit, lamp.direction) {
+                paths.lit.lamps.push((place, wi, lamp));
+                push(&mut paths.lit.wi, wi.to_array());
+                push(&mut paths.lit.wo, wo.to_array());
             }
+            push(&mut paths.drawn.u, spread(start.surface, R3, index));
+            push(&mut paths.drawn.wo, wo.to_array());
         }
     }
 
-    fn connect(
-        &self,
-        hit: &Hit,
-        surface: &Towards<'_>,
-        wi: DVec3,
-        lamp: Arriving,
-        paths: &mut Paths,
-    ) {
-        if !above_horizon(wi) || self.shape.shadows(hit, lamp.direction) {
-            return;
+    /// Light along the directions that the environment drew.
+    fn connect_lit(&self, paths: &mut Paths) {
+        let Lit { lamps, wi, wo, pdf } = &mut paths.lit;
+        pdf.resize(lamps.len(), 0.0);
+        let weighed = self.surface.pdf(&Pairs { wi: slices(wi), wo: slices(wo) }, pdf);
+        weighed.expect("all columns have one length");
+        for ((point, wi, lamp), pdf) in lamps.iter().zip(&*pdf) {
+            let light = lamp.shared_with((*pdf).into(), wi.z);
+            paths.pairs.push([*wi, paths.points[*point].wo]);
+            paths.light.push((light, *point));
         }
-        let density = 0.5 * (lamp.pdf + surface.pdf(wi));
-        paths.pairs.push([wi, surface.wo()]);
-        paths.light.push(lamp.radiance.map(|radiance| radiance * wi.z / density));
     }
+
+    /// Light along directions that the surface draws.
+    fn connect_drawn(&self, paths: &mut Paths) {
+        let Drawn { wo, u, wi, weight, pdf } = &mut paths.drawn;
+        let count = u[0].len();
+        wi.iter_mut().chain(&mut *weight).chain([&mut *pdf]).for_each(|c| c.resize(count, 0.0));
+        let drawn = self.surface.sample(
+            &Draws { wo: slices(wo), u: slices(u) },
+            &mut SamplesMut {
+                wi: wi.each_mut().map(Vec::as_mut_slice),
+                weight: weight.each_mut().map(Vec::as_mut_slice),
+                pdf,
+            },
+        );
+        drawn.expect("all columns have one length");
+        let directions = pdf.chunks(OF_EACH).zip(&paths.points).enumerate();
+        for (place, (densities, Point { hit, to_world, wo })) in directions {
+            for (index, pdf) in (place * OF_EACH..).zip(densities) {
+                let wi = DVec3::from(wi.each_ref().map(|column| f64::from(column[index])));
+                let to_light = *to_world * wi;
+                if *pdf > 0.0 && !self.shape.shadows(hit, to_light) {
+                    let lamp = self.environment.look(to_light);
+                    paths.pairs.push([wi, *wo]);
+                    paths.light.push((lamp.shared_with((*pdf).into(), wi.z), place));
+                }
+            }
+        }
+    }
+}
+
+impl Arriving {
+    /// L cosθi/q, q the mean of this light's density and the surface's: both techniques count,
+    /// whichever drew the direction (the balance heuristic).
+    fn shared_with(&self, pdf: f64, cos_theta_i: f64) -> [f64; 3] {
+        let scale = cos_theta_i / (0.5 * (self.pdf + pdf));
+        self.radiance.map(|radiance| radiance * scale)
+    }
+}
+
+fn push(columns: &mut Columns, vector: [f64; 3]) {
+    for (column, component) in columns.iter_mut().zip(vector) {
+        column.push(component as f32);
+    }
+}
+
+fn slices(columns: &Columns) -> [&[f32]; 3] {
+    columns.each_ref().map(Vec::as_slice)
 }
 
 impl Paths {
     fn clear(&mut self) {
+        self.points.clear();
+        self.lit.lamps.clear();
+        let Self { lit, drawn, .. } = self;
+        let columns = [&mut lit.wi, &mut lit.wo, &mut drawn.wo, &mut drawn.u];
+        columns.into_iter().flatten().for_each(Vec::clear);
         self.pairs.clear();
         self.light.clear();
-        self.points.clear();
     }
 
     /// The pixel if `model` reflects the light of these paths.
@@ -241,25 +341,25 @@ impl Paths {
         }
         self.f.resize(self.pairs.len(), [0.0; 3]);
         model.eval_all(&self.pairs, &mut self.f);
-        let ends = self.points.iter().skip(1).copied().chain([self.pairs.len()]);
+        self.reflected.clear();
+        self.reflected.resize(self.points.len(), DVec3::ZERO);
+        for (f, (light, point)) in self.f.iter().zip(&self.light) {
+            // Directions below the horizon or in shadow have no pair and count as 0.
+            self.reflected[*point] += DVec3::from(*f) * DVec3::from(*light);
+        }
         let (mut sum, mut squares) = (DVec3::ZERO, 0.0);
-        for (start, end) in self.points.iter().copied().zip(ends) {
-            let reflected = self.reflected(start, end);
+        for reflected in &self.reflected {
+            let reflected = *reflected / DIRECTIONS as f64;
             sum += reflected;
             squares += luminance(reflected.to_array()).powi(2);
         }
+        // Points are the independent samples; the paths of one share its normal.
         let points = self.points.len() as f64;
         let mean = sum / points;
         let spread = squares / points - luminance(mean.to_array()).powi(2);
+        // The difference of squares may round below 0.
         let variance = spread.max(0.0) / (points - 1.0).max(1.0);
         Seen { pixel: Pixel { rgb: mean.to_array(), alpha }, variance }
-    }
-
-    /// 1/n Σ f L cosθi/q over one point's paths.
-    fn reflected(&self, start: usize, end: usize) -> DVec3 {
-        let paths = self.f[start..end].iter().zip(&self.light[start..end]);
-        let sum: DVec3 = paths.map(|(f, light)| DVec3::from(*f) * DVec3::from(*light)).sum();
-        sum / DIRECTIONS as f64
     }
 }
 
@@ -280,7 +380,11 @@ const R3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_70
 /// Term `index` of a sequence that fills the unit cube evenly whatever its length (Roberts 2018),
 /// from a random start.
 fn spread<const N: usize>(start: [f64; N], step: [f64; N], index: usize) -> [f64; N] {
-    std::array::from_fn(|axis| (start[axis] + index as f64 * step[axis]).fract())
+    std::array::from_fn(|axis| {
+        let term = start[axis] + index as f64 * step[axis];
+        // As `fract`, which is a call on machines without SSE 4.1.
+        term - term as u64 as f64
+    })
 }
 
 #[cfg(test)]
@@ -300,7 +404,7 @@ mod tests {
 
     const QUALITY: Quality = Quality { size: 24, samples: 64, seed: 7 };
 
-    fn gold() -> (Sampler, SgdBrdf) {
+    fn gold() -> (SamplerBatch, SgdBrdf) {
         let material = &find("gold-paint").expect("in the catalogue").material;
         (drawn_from(material), SgdBrdf::new(material, MaskingKind::Fitted))
     }
@@ -322,14 +426,14 @@ mod tests {
     fn threads_do_not_change_the_picture() {
         let (surface, gold) = gold();
         let room = Environment::studio();
-        let picture = |threads: usize| {
+        let [one, three] = [1, 3].map(|threads| {
             let pool =
                 rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             pool.install(|| render(&Shape::Ball, &room, &surface, [&gold], QUALITY, &|| ()))
-        };
-        assert!(picture(1) == picture(3));
+        });
+        assert!(one == three);
         let other = Quality { seed: 8, ..QUALITY };
-        assert!(picture(1) != render(&Shape::Ball, &room, &surface, [&gold], other, &|| ()));
+        assert!(one != render(&Shape::Ball, &room, &surface, [&gold], other, &|| ()));
     }
 
     /// The standard error that is stated against the scatter of pictures with other seeds.

@@ -88,6 +88,7 @@ impl Triangle {
         let [a, b, c] = self.corners;
         let (ab, ac) = (b - a, c - a);
         let across = direction.cross(ac);
+        // Infinite for a ray in the plane: v and w are then infinite or NaN, and miss.
         let inverse = ab.dot(across).recip();
         let from_a = origin - a;
         let v = from_a.dot(across) * inverse;
@@ -136,6 +137,7 @@ impl Mesh {
         let high = corners.clone().reduce(DVec3::max)?;
         let centre = 0.5 * (low + high);
         let radius = corners.map(|corner| corner.distance(centre)).fold(0.0, f64::max);
+        // All corners in one place, or a corner that is not finite.
         if !(radius.is_finite() && radius > 0.0) {
             return None;
         }
@@ -156,12 +158,14 @@ impl Mesh {
     }
 
     fn shadows(&self, hit: &Hit, to_light: DVec3) -> bool {
+        // Off along the normal and towards the light, or the hit triangle would shadow itself.
         self.along(hit.point + SHADOW_OFFSET * (hit.normal + to_light), to_light).next().is_some()
     }
 
     /// Distance and shading normal of every triangle on a ray.
     fn along(&self, origin: DVec3, direction: DVec3) -> impl Iterator<Item = (f64, DVec3)> {
         let ray = Ray::new(point(origin), Vector3::new(direction.x, direction.y, direction.z));
+        // The hierarchy gives all triangles whose boxes the ray meets, in no order of distance.
         let near = self.hierarchy.traverse(&ray, &self.triangles).into_iter();
         near.filter_map(move |triangle| {
             let (distance, [a, b, c]) = triangle.intersect(origin, direction)?;
@@ -183,8 +187,10 @@ mod tests {
     fn octahedron() -> Mesh {
         let mut triangles = Vec::new();
         for signs in 0..8 {
-            let sign = |bit: u32| if signs >> bit & 1 == 0 { 5.0 } else { -5.0 };
-            let corners = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
+            let corners = [DVec3::X, DVec3::Y, DVec3::Z];
+            let corners = [0, 1, 2].map(|bit| {
+                if signs >> bit & 1 == 0 { 5.0 * corners[bit] } else { -5.0 * corners[bit] }
+            });
             triangles.push(Triangle::new(corners, Some(corners.map(DVec3::normalize))));
         }
         Mesh::new(triangles).expect("a solid")

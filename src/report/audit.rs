@@ -107,15 +107,18 @@ impl ChannelAudit {
 /// Audits a material.
 #[must_use]
 pub fn audit(material: &Material) -> Audit {
+    // A file may change the numbers and keep the name: then the printed ones are not its own.
     let printed = find(&material.name).ok().filter(|entry| entry.material == *material);
     let evaluators = Evaluators::new(material);
+    // Once per lobe: a refitted one colours three channels.
     let lobes: Vec<LobeAudit> =
         (0..material.lobes().len()).map(|j| LobeAudit::new(&evaluators, j)).collect();
     let channels = Channel::ALL.map(|channel| audit_channel(&evaluators, &lobes, channel, printed));
     Audit { material: material.name.clone(), channels }
 }
 
-/// A material to rounding, with the published masking, and to the six digits of albedo integrals.
+/// A material exact to rounding, with the published masking, and to the six digits that albedo
+/// integrals need.
 struct Evaluators<'a> {
     material: &'a Material,
     exact: SgdBrdf,
@@ -183,14 +186,14 @@ fn audit_channel(
     let c = channel as usize;
     let of_channel = evaluators.lobes_of(c);
     let mut laws = vec![reciprocity(&evaluators.exact, c)];
-    for j in &of_channel {
-        for check in &lobes[*j].laws {
-            match laws.iter_mut().find(|known| known.law == check.law) {
-                Some(known) => known.deviation = worst([known.deviation, check.deviation]),
-                None => laws.push(*check),
-            }
+    for check in of_channel.iter().flat_map(|j| &lobes[*j].laws) {
+        // Of several lobes the worst deviation stands for the channel.
+        match laws.iter_mut().find(|known| known.law == check.law) {
+            Some(known) => known.deviation = worst([known.deviation, check.deviation]),
+            None => laws.push(*check),
         }
     }
+    // The table prints a row for each channel, whose lobe it is.
     if let (Some(entry), Some(j)) = (printed, of_channel.first()) {
         let lobe = &evaluators.material.lobes()[*j];
         laws.push(printed_k(lobe, entry.printed[c].k));
@@ -204,10 +207,9 @@ fn audit_channel(
         .reduce(|[a, b], [low, high]| [a.min(low), b.max(high)])
         .unwrap_or([0.0, 0.0]);
     let differences = of_channel.iter().map(|j| lobes[*j].masking_difference);
-    let peak = of_channel
-        .iter()
-        .map(|j| evaluators.exact.lobes[*j].distribution.peak())
-        .fold(0.0, f64::max);
+    let difference = differences.reduce(|a, b| if b.largest > a.largest { b } else { a });
+    let peaks = of_channel.iter().map(|j| evaluators.exact.lobes[*j].distribution.peak());
+    let peak = peaks.fold(0.0, f64::max);
     ChannelAudit {
         channel,
         laws,
@@ -215,8 +217,7 @@ fn audit_channel(
         half: half_ranges(evaluators, c, peak, fresnel, &albedo),
         albedo: albedo.to_vec(),
         fresnel,
-        masking_difference: differences
-            .reduce(|a, b| if b.largest > a.largest { b } else { a })
+        masking_difference: difference
             .unwrap_or(MaskingDifference { largest: 0.0, theta_deg: 0.0 }),
     }
 }
@@ -224,8 +225,10 @@ fn audit_channel(
 /// The first angle of the curve above 1, refined to 0.1°.
 fn gain_angle(evaluators: &Evaluators<'_>, c: usize, curve: &[AlbedoAt]) -> Option<f64> {
     let first = curve.iter().position(|at| at.albedo > 1.0)?;
+    // Already at normal incidence.
     let Some(before) = first.checked_sub(1) else { return Some(0.0) };
     let (mut low, mut high) = (curve[before].theta_deg, curve[first].theta_deg);
+    // The albedo is taken to cross 1 once between two angles of the curve.
     while high - low > 0.1 {
         let middle = 0.5 * (low + high);
         if evaluators.albedo(c, middle) > 1.0 { high = middle } else { low = middle }
@@ -258,6 +261,7 @@ fn half_ranges(
 
 fn masking_difference(exact: &Lobe<Sgd>, fitted: &Lobe<Sgd>) -> MaskingDifference {
     let mut worst = MaskingDifference { largest: 0.0, theta_deg: 0.1 };
+    // Neither 0° nor 90°, where the cotangent is infinite or G1 is 0 both ways.
     for step in 1..900 {
         let theta_deg = f64::from(step) * 0.1;
         let (cos, sin) = cos_sin_degrees(theta_deg);

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use crate::material::Channel;
 use crate::report::audit::{Audit, ChannelAudit, Stored};
 use crate::report::laws::Law;
+use crate::report::number::or_dash;
 
 /// The audit of any number of materials as one page: the laws, then what the published numbers
 /// do beyond them.
@@ -33,6 +34,7 @@ fn laws(audits: &[Audit]) -> String {
                 .filter(move |c| c.law == law)
                 .map(move |c| (name, channel.channel, c))
         });
+        // A law that no channel was checked for: the printed constants of other materials.
         let Some((name, channel, worst)) =
             checks.max_by(|a, b| a.2.deviation.total_cmp(&b.2.deviation))
         else {
@@ -71,8 +73,7 @@ fn findings(audits: &[Audit]) -> String {
          |---|---|---|---|---|---|\n",
     );
     for (name, channel) in odd {
-        let from =
-            channel.gains_energy_from_deg.map_or("–".to_owned(), |angle| format!("{angle:.1}°"));
+        let from = or_dash(channel.gains_energy_from_deg, |angle| format!("{angle:.1}°"));
         let [low, high] = channel.fresnel;
         let _ = writeln!(
             text,
@@ -142,6 +143,7 @@ fn half_floats(audits: &[Audit]) -> String {
         };
         let overflowing = match overflowing.len() {
             0 => "none".to_owned(),
+            // More names than this would not fit a cell of the table.
             1..=8 => overflowing.join(", "),
             many => format!("{many} channels"),
         };

@@ -37,6 +37,7 @@ impl Axis {
             label: label.to_owned(),
             scale: Scale::Log,
             low: 10_f64.powf(low),
+            // At least one decade, also where all values are equal.
             high: 10_f64.powf(high.max(low + 1.0)),
         }
     }
@@ -61,8 +62,10 @@ impl Axis {
 fn linear_ticks(low: f64, high: f64) -> Vec<f64> {
     let rough = (high - low) / 5.0;
     let magnitude = 10_f64.powf(rough.log10().floor());
+    // The first round step that makes five intervals or fewer.
     let step = [1.0, 2.0, 3.0, 5.0, 10.0].map(|m| m * magnitude).into_iter().find(|s| *s >= rough);
     let step = step.unwrap_or(10.0 * magnitude);
+    // An end that is a multiple of the step but for rounding gets a tick.
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
     (first..=last).map(|i| i as f64 * step).collect()
@@ -71,6 +74,7 @@ fn linear_ticks(low: f64, high: f64) -> Vec<f64> {
 fn decade_ticks(low: f64, high: f64) -> Vec<f64> {
     let (first, last) = (low.log10().round() as i32, high.log10().round() as i32);
     let step = ((last - first) / 7 + 1) as usize;
+    // Multiples of the step, so that 1 is among them wherever the axis starts.
     let first = first + (-first).rem_euclid(step as i32);
     (first..=last).step_by(step).map(|decade| 10_f64.powi(decade)).collect()
 }
@@ -82,6 +86,7 @@ pub(super) fn tick_label(value: f64) -> String {
         let digits = format!("{value:.3}");
         return digits.trim_end_matches('0').trim_end_matches('.').to_owned();
     }
+    // Only a whole decade has no mantissa to print.
     match format!("{value:e}").strip_prefix("1e") {
         Some(exponent) => format!("10{}", exponent.chars().map(superscript).collect::<String>()),
         None => format!("{value:e}"),

@@ -213,6 +213,7 @@ impl Chart {
         let mut path = String::new();
         let mut drawing = false;
         for point in &curve.points {
+            // NaN is in no range: it lifts the pen like a point outside.
             let inside = (-1e-9..=1.0 + 1e-9).contains(&self.y.position(point[1]));
             if inside {
                 let [x, y] = self.place(*point);
@@ -240,15 +241,18 @@ impl Chart {
     fn draw_marks(&self, svg: &mut String) {
         let places: Vec<[f64; 2]> = self.marks.iter().map(|mark| self.place(mark.at)).collect();
         let points = places.iter().map(|[x, y]| [x - POINT, y - POINT, x + POINT, y + POINT]);
+        // Labels keep clear of all points and level lines; the first marks choose first.
         let mut taken: Vec<[f64; 4]> = points.chain(self.level_lines()).collect();
         for (mark, place) in self.marks.iter().zip(&places) {
             let name = escape(&mark.label);
             svg.push_str(&point(&mark.class, *place, &format!("<title>{name}</title>")));
             let boxes = self.beside(*place, mark.label.chars().count());
             let free = boxes.iter().find(|own| !taken.iter().any(|other| overlap(own, other)));
+            // The first box is the one to the right, where a reader looks.
             let Some(own) = free.or(mark.always_named.then_some(&boxes[0])) else { continue };
             taken.push(*own);
             let [left, _, right, bottom] = own;
+            // A box to the left is anchored at its right end: letters may be narrower than LETTER.
             let (x, anchor) = if *right < place[0] { (right, " end") } else { (left, "") };
             let _ = write!(
                 svg,
@@ -328,6 +332,21 @@ mod tests {
         assert!(svg.contains("d=\"M52.0 162.0L288.0 26.0\""), "{svg}");
     }
 
+    /// The places of the labels of a drawing.
+    fn labels(chart: &Chart) -> Vec<[f64; 2]> {
+        chart.svg().split("class=\"name m").skip(1).filter_map(place).collect()
+    }
+
+    /// The left end of a label, its attributes' text given.
+    fn place(label: &str) -> Option<[f64; 2]> {
+        let left = if label.starts_with(" end") { -35.0 } else { 0.0 };
+        Some([attribute(label, "x=\"")? + left, attribute(label, "y=\"")?])
+    }
+
+    fn attribute(text: &str, key: &str) -> Option<f64> {
+        text.split(key).nth(1)?.split('"').next()?.parse().ok()
+    }
+
     #[test]
     fn labels_stand_clear_or_not_at_all() {
         let mark =
@@ -340,17 +359,6 @@ mod tests {
             curves: vec![],
             marks: vec![mark; 9],
             key: vec![],
-        };
-        let labels = |chart: &Chart| {
-            let svg = chart.svg();
-            let number = |text: &str, key: &str| {
-                text.split(key).nth(1)?.split('"').next()?.parse::<f64>().ok()
-            };
-            let place = |text: &str| {
-                let left = if text.starts_with(" end") { -35.0 } else { 0.0 };
-                Some([number(text, "x=\"")? + left, number(text, "y=\"")?])
-            };
-            svg.split("class=\"name m").skip(1).filter_map(place).collect::<Vec<_>>()
         };
         let places = labels(&chart);
         assert_eq!(places.len(), 6, "six boxes around one place, nine points");

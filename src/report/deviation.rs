@@ -7,12 +7,11 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
-use crate::brdf::{MaskingKind, Reflectance, Sample as _, SgdBrdf};
+use crate::brdf::{MaskingKind, Reflectance, Sample as _, Sampler, SgdBrdf, Strategy};
 use crate::material::Material;
 use crate::math::direction::spherical;
 use crate::preview::Film;
 use crate::preview::ball::{KEY_LIGHT, under_sun};
-use crate::preview::render::drawn_from;
 
 /// An error against the exact f64 reflectance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -48,7 +47,7 @@ impl Yardstick {
     #[must_use]
     pub fn new(material: &Material) -> Self {
         let sgd = SgdBrdf::new(material, MaskingKind::Exact);
-        let surface = drawn_from(material);
+        let surface = Sampler::new(material, MaskingKind::Fitted, Strategy::Ggx);
         let mut rng = Pcg64Mcg::seed_from_u64(1);
         let (mut pairs, mut exact, mut largest) = (Vec::new(), Vec::new(), Vec::new());
         for viewer in 0..VIEWERS {
@@ -78,6 +77,7 @@ impl Yardstick {
         for (i, [wi, _]) in self.pairs.iter().enumerate() {
             for (c, f) in f[i].iter().enumerate() {
                 let error =
+                    // Without the floor a channel that reflects nothing would give 0/0.
                     (f - self.exact[i][c]).abs() * wi.z / self.largest[i][c].max(f64::MIN_POSITIVE);
                 // NaN counts as the largest error.
                 if error.total_cmp(&max).is_gt() {

@@ -112,13 +112,15 @@ impl Reference {
     fn residual(&self, metric: Metric, c: usize, values: &[[[f64; 3]; 2]]) -> f64 {
         let (mut off, mut total) = (0.0, 0.0);
         for ((pair, measured), found) in self.pairs.iter().zip(&self.f).zip(values) {
+            // A measurement may have a value one way round only.
             for side in (0..2).filter(|side| !measured[*side][c].is_nan()) {
-                let transformed = |f: f64| metric.transform(f, pair.cos_theta[side]).0;
-                let exact = transformed(measured[side][c]);
-                off += pair.weights[side] * (transformed(found[side][c]) - exact).powi(2);
+                let [exact, found] =
+                    [measured, found].map(|f| metric.transform(f[side][c], pair.cos_theta[side]).0);
+                off += pair.weights[side] * (found - exact).powi(2);
                 total += pair.weights[side] * exact * exact;
             }
         }
+        // Nothing is relative to a black measurement.
         if total > 0.0 { (off / total).sqrt() } else { off.sqrt() }
     }
 
@@ -145,15 +147,17 @@ impl Reference {
             let found = both(model, pair);
             for (side, c) in (0..2).flat_map(|side| (0..3).map(move |c| (side, c))) {
                 let (exact, fitted) = (measured[side][c], found[side][c]);
+                // Not measured.
                 if exact.is_nan() {
                     continue;
                 }
                 let (cos, weight) = (pair.cos_theta[side], pair.weights[side]);
-                let lightness = |f: f64| Metric::CubeRoot.transform(f, cos).0;
+                let [exact_lightness, fitted_lightness] =
+                    [exact, fitted].map(|f| Metric::CubeRoot.transform(f, cos).0);
                 off += weight * cos * (fitted - exact).abs();
                 total += weight * cos * exact;
-                off2 += weight * (lightness(fitted) - lightness(exact)).powi(2);
-                total2 += weight * lightness(exact).powi(2);
+                off2 += weight * (fitted_lightness - exact_lightness).powi(2);
+                total2 += weight * exact_lightness.powi(2);
                 weights += weight * cos;
             }
         }
@@ -181,6 +185,7 @@ impl Picture {
     fn new(measured: &dyn Reflectance, pixels: Vec<Pixel>) -> Self {
         let seen = pixels.into_iter().filter_map(|pixel| {
             let radiance = pixel.radiance(measured);
+            // A pixel with a gap in the measurement is left out for every model.
             radiance.iter().all(|x| x.is_finite()).then(|| (pixel, lab(radiance)))
         });
         let (pixels, seen) = seen.unzip();
@@ -211,6 +216,7 @@ impl Pixel {
 
 /// CIELAB of a radiance relative to white, clipped at white.
 fn lab(radiance: [f64; 3]) -> Lab<D65, f64> {
+    // A display shows no more, and a fit may be negative.
     let [r, g, b] = radiance.map(|x| x.clamp(0.0, 1.0));
     LinSrgb::new(r, g, b).into_color()
 }
@@ -227,35 +233,41 @@ fn towards(angle: f64) -> DVec3 {
 }
 
 fn suns() -> Vec<Pixel> {
-    let under = |sun: DVec3| {
-        normals().filter(move |normal| normal.dot(sun) > LIT).map(move |normal| {
-            let to_local = frame(normal).transpose();
-            let wi = to_local * sun;
-            Pixel { pairs: vec![[wi, to_local * TO_VIEWER]], weights: vec![PI * wi.z] }
-        })
-    };
-    SUNS.into_iter().map(towards).flat_map(under).collect()
+    SUNS.into_iter().map(towards).flat_map(under_sun).collect()
 }
 
 fn highlights() -> Vec<Pixel> {
+    SUNS.into_iter().map(towards).flat_map(under_area_light).collect()
+}
+
+/// The pixels that a sun lights.
+fn under_sun(sun: DVec3) -> impl Iterator<Item = Pixel> {
+    normals().filter(move |normal| normal.dot(sun) > LIT).map(move |normal| {
+        let to_local = frame(normal).transpose();
+        let wi = to_local * sun;
+        Pixel { pairs: vec![[wi, to_local * TO_VIEWER]], weights: vec![PI * wi.z] }
+    })
+}
+
+/// The pixels of the highlight of a small area light about a direction.
+fn under_area_light(light: DVec3) -> impl Iterator<Item = Pixel> {
     let near = HIGHLIGHT.to_radians().cos();
-    let under = |sun: DVec3| {
-        let h = (sun + TO_VIEWER).normalize();
-        let lit = normals().filter(move |n| n.dot(sun) > 2.0 * LIT && n.dot(h) > near);
-        lit.map(move |normal| {
-            let to_local = frame(normal).transpose();
-            let wo = to_local * TO_VIEWER;
-            let pairs: Vec<[DVec3; 2]> = disc(sun).map(|light| [to_local * light, wo]).collect();
-            let scale = LIGHT_IRRADIANCE * PI / LIGHT_POINTS as f64;
-            Pixel { weights: pairs.iter().map(|[wi, _]| scale * wi.z.max(0.0)).collect(), pairs }
-        })
-    };
-    SUNS.into_iter().map(towards).flat_map(under).collect()
+    let h = (light + TO_VIEWER).normalize();
+    // cosθi > 0.1 is 5.7° above the horizon: the whole light, of 4° radius, is visible.
+    let lit = normals().filter(move |n| n.dot(light) > 2.0 * LIT && n.dot(h) > near);
+    lit.map(move |normal| {
+        let to_local = frame(normal).transpose();
+        let wo = to_local * TO_VIEWER;
+        let pairs: Vec<[DVec3; 2]> = disc(light).map(|point| [to_local * point, wo]).collect();
+        let scale = LIGHT_IRRADIANCE * PI / LIGHT_POINTS as f64;
+        Pixel { weights: pairs.iter().map(|[wi, _]| scale * wi.z.max(0.0)).collect(), pairs }
+    })
 }
 
 /// Points spread evenly over a disc about a direction (a sunflower's).
 fn disc(centre: DVec3) -> impl Iterator<Item = DVec3> {
     let to_world = frame(centre);
+    // Turns of the golden section, and radii by the root of the area within.
     let golden = TAU * (0.5 * (5.0_f64.sqrt() - 1.0));
     (0..LIGHT_POINTS).map(move |i| {
         let radius = LIGHT_RADIUS.to_radians() * ((i as f64 + 0.5) / LIGHT_POINTS as f64).sqrt();

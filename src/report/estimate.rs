@@ -46,23 +46,28 @@ pub fn estimate(
     let quadrature = directional_albedo(&brdf, wo.z);
     let moments = match estimator {
         Estimator::Published => {
-            let last = brdf.lobes.len().saturating_sub(1);
-            let lobes = material.channel_lobes().unwrap_or([0, 1, 2].map(|c: usize| c.min(last)));
-            let weight = |u| {
-                [0, 1, 2].map(|c| match brdf.lobes.get(lobes[c]) {
-                    Some(_) => published_sample(&brdf, c, lobes[c], wo, u).printed,
-                    None => brdf.rho_d[c],
-                })
-            };
-            moments(&weight, n, seed)
+            let lobes = [0, 1, 2].map(|c| first_of_colour(material, c));
+            moments(&|u| published_weight(&brdf, lobes, wo, u), n, seed)
         }
         Estimator::Sampled(strategy) => {
             let sampler = Sampler::new(material, masking, strategy);
-            let weight = |u| sampler.sample_with_weight(wo, u).map_or([0.0; 3], |s| s.weight);
-            moments(&weight, n, seed)
+            moments(&|u| sampler.sample_with_weight(wo, u).map_or([0.0; 3], |s| s.weight), n, seed)
         }
     };
     std::array::from_fn(|c| moments[c].estimate(quadrature[c]))
+}
+
+/// The weight of a draw of the published estimator, by each colour's lobe; ρd where it has none.
+fn published_weight(brdf: &SgdBrdf, lobes: [usize; 3], wo: DVec3, u: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|c| match brdf.lobes.get(lobes[c]) {
+        Some(_) => published_sample(brdf, c, lobes[c], wo, u).printed,
+        None => brdf.rho_d[c],
+    })
+}
+
+/// The first lobe that reflects a colour; 0 where none does.
+fn first_of_colour(material: &Material, c: usize) -> usize {
+    material.lobes().iter().position(|lobe| lobe.rho_s()[c] > 0.0).unwrap_or(0)
 }
 
 /// Running mean and sum of squared deviations of one channel's draws.
@@ -77,6 +82,7 @@ impl Moments {
     /// The moments of two sets of draws together (Chan, Golub and LeVeque 1983).
     fn with(self, other: Self) -> Self {
         let count = self.count + other.count;
+        // Sums of squares would cancel where the mean is large against the spread.
         let difference = other.mean - self.mean;
         Self {
             count,
@@ -121,6 +127,7 @@ fn moments(draw: Draw<'_>, n: u64, seed: u64) -> [Moments; 3] {
 /// The moments of the draws in a range of the stream.
 fn chunk_moments(draw: Draw<'_>, range: std::ops::Range<u64>, seed: u64) -> [Moments; 3] {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    // Each draw takes three numbers of the stream.
     rng.advance(3 * u128::from(range.start));
     range.fold([Moments::default(); 3], |moments, _| {
         let values = draw(rng.random());

@@ -48,6 +48,7 @@ fn limit(own: f64, other: f64) -> Option<f64> {
     } else if own < other {
         Some(NO_SLOWER)
     } else {
+        // Not nearer, so it has to be faster, and alike in error.
         (own <= ALIKE * other).then_some(1.0 / ALIKE)
     }
 }

@@ -13,6 +13,7 @@ pub const SCALE: [[u8; 3]; 6] =
 #[must_use]
 pub fn colour(delta_e: f64) -> [u8; 3] {
     let position = (delta_e / SCALE_END).clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
+    // The end of the scale lies in the last interval, with a share of 1.
     let left = (position as usize).min(SCALE.len() - 2);
     let share = position - left as f64;
     std::array::from_fn(|c| {

@@ -54,10 +54,12 @@ impl Check {
 #[must_use]
 pub fn reciprocity(brdf: &SgdBrdf, c: usize) -> Check {
     let deviation = worst((0..17 * 17).map(|i| {
+        // Every pair of 17 elevations, none at 0° or 90°.
         let [theta_i, theta_o] =
-            [i, i * 5 + 3].map(|step| FRAC_PI_2 * (f64::from(step % 17) + 0.5) / 17.0);
+            [i % 17, i / 17].map(|step| FRAC_PI_2 * (f64::from(step) + 0.5) / 17.0);
         let (wi, wo) = (spherical(theta_i, 0.3 * f64::from(i)), spherical(theta_o, 1.1));
         let (there, back): (f64, f64) = (brdf.eval(wi, wo)[c], brdf.eval(wo, wi)[c]);
+        // Both may be 0, which is no deviation.
         if there == back { 0.0 } else { (there - back).abs() / there.abs().max(back.abs()) }
     }));
     Check { law: Law::Reciprocity, deviation, bound: 2.0 * f64::EPSILON }
@@ -78,6 +80,7 @@ pub fn weak_furnace(lobe: &Lobe<Sgd>) -> Check {
         let wo = spherical(theta_deg.to_radians(), 0.0);
         // A facet begins to be turned away where its slope exceeds cotθo.
         let rule = slope_rule(lobe.distribution.closed_form(), cot_theta(wo).powi(2));
+        // ⟨wo,h⟩/cosθh = cosθo + sinθo tanθh cosφ.
         let facing: f64 = rule
             .iter()
             .map(|(x, dx)| {
@@ -94,6 +97,7 @@ fn facing_mean(a: f64, b: f64) -> f64 {
     if b <= a {
         return a;
     }
+    // Beyond this azimuth the facet is turned away.
     let limit = (-a / b).acos();
     (a * limit + b * limit.sin()) / PI
 }
@@ -121,6 +125,7 @@ pub fn falling_masking(lobe: &Lobe<Sgd>) -> Check {
 /// The largest excess, 0 where there is none; NaN if one is NaN, which keeps no law.
 #[must_use]
 pub fn worst(excesses: impl IntoIterator<Item = f64>) -> f64 {
+    // clamp keeps a NaN and abs its sign positive, so that total_cmp puts it last.
     let excesses = excesses.into_iter().map(|excess| excess.clamp(0.0, f64::INFINITY).abs());
     excesses.max_by(f64::total_cmp).unwrap_or(0.0)
 }
@@ -150,12 +155,14 @@ const PRINT_PRECISION: f64 = 6e-6;
 /// where it has vanished; beyond `kink` in powers of √(x − kink).
 fn slope_rule(ndf: &SgdNdf, kink: f64) -> Vec<(f64, f64)> {
     const TINY: f64 = 1e-14;
+    // The power factor turns at x = α², the exponential at x = α.
     let core = ndf.alpha().min(ndf.alpha() * ndf.alpha());
     let (low, high) = (TINY * core, 800.0 * ndf.alpha());
     if kink >= high {
         return log_rule(low, high);
     }
     let end = (high - kink).sqrt();
+    // x = kink + t² takes the square root out of the integrand.
     let beyond = log_rule(1e-9 * end, end).into_iter().map(|(t, dt)| (kink + t * t, 2.0 * t * dt));
     let below = if kink > low { log_rule(low, kink) } else { Vec::new() };
     below.into_iter().chain(beyond).collect()
@@ -172,6 +179,7 @@ fn log_rule(low: f64, high: f64) -> Vec<(f64, f64)> {
         let start = low.ln() + f64::from(i) * width;
         for node in &nodes {
             let x = (start + node.x * width).exp();
+            // dx = x d(ln x).
             rule.push((x, node.weight * width * x));
         }
     }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::brdf::batch::InstructionSet;
 
-/// The machine, on which a time depends besides the code.
+/// The machine that a measured time depends on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Machine {
     /// The processor's name, where the system tells it.

@@ -1,4 +1,4 @@
-//! What a measurement keeps and what it breaks: coverage, noise, reciprocity and energy.
+//! The audit of a measurement: coverage, noise, reciprocity and energy.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -49,7 +49,7 @@ pub struct Band {
 /// The directional albedo of one channel.
 #[derive(Clone, Debug, Serialize)]
 pub struct Energy {
-    /// Which channel.
+    /// The channel.
     pub channel: Channel,
     /// ∫ f cosθi dωi against θo, what was not measured counted as 0.
     pub albedo: Vec<AlbedoAt>,
@@ -63,8 +63,8 @@ const BANDS: [f64; 5] = [0.0, 30.0, 60.0, 80.0, 90.0];
 /// Angles of the albedo \[degrees\].
 const ALBEDO_ANGLES: [f64; 9] = [0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0];
 
-/// Most samples that the spread is computed of.
-const MOST_SAMPLES: usize = 60_000;
+/// The most samples that the spread is computed from.
+const MAX_SAMPLES: usize = 60_000;
 
 /// The audit of a measurement.
 #[must_use]
@@ -72,12 +72,14 @@ pub fn audit_measured(name: &str, measurement: &Measurement) -> MeasuredAudit {
     let (samples, solid_angle) = measurement
         .samples()
         .fold((0, 0.0), |(count, sum), sample| (count + 1, sum + sample.weight));
-    let step = samples / MOST_SAMPLES + 1;
+    // Every n-th of the file, so that all elevations are met.
+    let step = samples / MAX_SAMPLES + 1;
     let looked_at: Vec<Sample> = measurement.samples().step_by(step).collect();
     MeasuredAudit {
         measurement: name.to_owned(),
         format: measurement.format(),
         samples,
+        // Two hemispheres of 2π each; the sum of the weights may round above them.
         coverage: (solid_angle / (TAU * TAU)).min(1.0),
         bands: BANDS
             .windows(2)
@@ -88,11 +90,9 @@ pub fn audit_measured(name: &str, measurement: &Measurement) -> MeasuredAudit {
 }
 
 fn band(measurement: &Measurement, samples: &[Sample], from_deg: f64, to_deg: f64) -> Band {
-    let within = |sample: &&Sample| {
-        let theta = sample.wi.z.min(sample.wo.z).clamp(0.0, 1.0).acos().to_degrees();
-        (from_deg..to_deg).contains(&theta)
-    };
-    let samples: Vec<&Sample> = samples.iter().filter(within).collect();
+    let range = from_deg..to_deg;
+    let samples: Vec<&Sample> =
+        samples.iter().filter(|sample| range.contains(&elevation_deg(sample))).collect();
     let spread = samples.par_iter().filter_map(|s| Spread::of(measurement, s.wi, s.wo).relative);
     let swapped = samples.par_iter().filter_map(|s| asymmetry(measurement, s.wi, s.wo));
     Band {
@@ -104,10 +104,16 @@ fn band(measurement: &Measurement, samples: &[Sample], from_deg: f64, to_deg: f6
     }
 }
 
+/// The larger of θi and θo \[degrees\].
+fn elevation_deg(sample: &Sample) -> f64 {
+    // The lower direction has the larger angle.
+    sample.wi.z.min(sample.wo.z).clamp(0.0, 1.0).acos().to_degrees()
+}
+
 /// |f(wi, wo) − f(wo, wi)| relative to their mean; none where one was not measured, or both are 0.
 fn asymmetry(reflectance: &dyn Reflectance, wi: DVec3, wo: DVec3) -> Option<f64> {
-    let grey = |f: [f64; 3]| f.iter().sum::<f64>();
-    let (a, b) = (grey(reflectance.eval(wi, wo)), grey(reflectance.eval(wo, wi)));
+    let [a, b] = [(wi, wo), (wo, wi)].map(|(wi, wo)| reflectance.eval(wi, wo).iter().sum::<f64>());
+    // False for a NaN, too.
     (a + b > 0.0).then(|| 2.0 * (a - b).abs() / (a + b))
 }
 
@@ -122,11 +128,11 @@ fn energy(measurement: &Measurement) -> [Energy; 3] {
         .map(|theta_deg| albedo(measurement, spherical(theta_deg.to_radians(), 0.0)))
         .collect();
     [0, 1, 2].map(|c| {
-        let at = |(theta_deg, albedo): (&f64, &[f64; 3])| AlbedoAt {
-            theta_deg: *theta_deg,
-            albedo: albedo[c],
-        };
-        let albedo: Vec<AlbedoAt> = ALBEDO_ANGLES.iter().zip(&albedos).map(at).collect();
+        let albedo: Vec<AlbedoAt> = ALBEDO_ANGLES
+            .into_iter()
+            .zip(&albedos)
+            .map(|(theta_deg, albedo)| AlbedoAt { theta_deg, albedo: albedo[c] })
+            .collect();
         let gaining = albedo.iter().find(|at| at.albedo > 1.0);
         Energy {
             channel: Channel::ALL[c],
@@ -143,6 +149,7 @@ fn albedo(reflectance: &dyn Reflectance, wo: DVec3) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for ring in 0..RINGS {
         let u = (ring as f64 + 0.5) / RINGS as f64;
+        // Squared, so that rings are dense where a sharp lobe is.
         let theta_h = FRAC_PI_2 * u * u;
         // sinθh dθh dφh, dθh = π u du.
         let solid_angle = theta_h.sin() * PI * u / RINGS as f64 * TAU / AZIMUTHS as f64;

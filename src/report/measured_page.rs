@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::report::measured::{Band, MeasuredAudit};
+use crate::report::number::or_dash;
 
 /// A section for each measurement: coverage, noise and reciprocity by elevation, energy.
 #[must_use]
@@ -25,25 +26,29 @@ fn section(audit: &MeasuredAudit) -> String {
     );
     let [r, g, b] = audit.channels.each_ref().map(|channel| &channel.albedo);
     for ((r, g), b) in r.iter().zip(g).zip(b) {
-        let mark = |albedo: f64| {
-            if albedo > 1.0 { format!("**{albedo:.3}**") } else { format!("{albedo:.3}") }
-        };
-        let [red, green, blue] = [r, g, b].map(|at| mark(at.albedo));
+        let [red, green, blue] = [r, g, b].map(|at| marked(at.albedo));
         let _ = writeln!(text, "| {:.0}° | {red} | {green} | {blue} |", r.theta_deg);
     }
     text
 }
 
 fn row(band: &Band) -> String {
-    let percent = |share: Option<f64>| {
-        share.map_or("–".to_owned(), |share| format!("{:.2} %", 100.0 * share))
-    };
     format!(
         "| {:.0}° to {:.0}° | {} | {} | {} |\n",
         band.from_deg,
         band.to_deg,
         band.samples,
-        percent(band.noise),
-        percent(band.reciprocity)
+        or_dash(band.noise, percent),
+        or_dash(band.reciprocity, percent)
     )
+}
+
+/// A share in percent.
+fn percent(share: f64) -> String {
+    format!("{:.2} %", 100.0 * share)
+}
+
+/// An albedo, bold where it exceeds 1.
+fn marked(albedo: f64) -> String {
+    if albedo > 1.0 { format!("**{albedo:.3}**") } else { format!("{albedo:.3}") }
 }

@@ -13,7 +13,7 @@ use crate::measurement::half_difference::HalfDifference;
 /// Nodes along θh, θd and φd.
 pub const SIZE: [usize; 3] = [90, 37, 13];
 
-/// Values of an isotropic reciprocal reflectance, which φd in [0, π/2] tells whole.
+/// Values of an isotropic reciprocal reflectance, which φd in [0, π/2] determines.
 ///
 /// Nodes lie at θh = (π/2) u², as those of a MERL file, and evenly along θd and φd; in between,
 /// values are linear in u, θd and φd. θh varies fastest.
@@ -30,6 +30,7 @@ impl MeasuredTable {
         let values = (0..halves * differences * azimuths).into_par_iter().map(|index| {
             let node = [index % halves, index / halves % differences, index / halves / differences];
             let [wi, wo] = within(angles_at(node)).directions();
+            // A sharp highlight may exceed the largest half, and would be stored as infinite.
             reflectance.eval(wi, wo).map(|f| f16::from_f64(f.min(f16::MAX.to_f64())))
         });
         Self { values: values.collect() }
@@ -54,6 +55,7 @@ impl Reflectance for MeasuredTable {
         }
         let places = places(HalfDifference::of(wi, wo));
         (0..8).fold([0.0; 3], |sum, corner: usize| {
+            // Bit `axis` of the corner steps along that axis.
             let sides: [usize; 3] = std::array::from_fn(|axis| corner >> axis & 1);
             let shares = places.iter().zip(sides);
             let weight: f64 =
@@ -73,6 +75,7 @@ fn angles_at(node: [usize; 3]) -> HalfDifference {
 /// The node before a pair along each axis, and its share of the way to the next.
 fn places(angles: HalfDifference) -> [(usize, f64); 3] {
     let phi_d = angles.phi_d % PI;
+    // Reciprocity gives φd the period π, isotropy with a mirror plane folds it at π/2.
     let folded = phi_d.min(PI - phi_d);
     let shares =
         [(angles.theta_h / FRAC_PI_2).sqrt(), angles.theta_d / FRAC_PI_2, folded / FRAC_PI_2];
@@ -86,7 +89,7 @@ fn places(angles: HalfDifference) -> [(usize, f64); 3] {
 /// How far within the horizon the angles of a node stay, as a share.
 const WITHIN: f64 = 0.999;
 
-/// The angles, θd no larger than leaves both directions above the horizon: cosθd cosθh >
+/// The angles, θd cut so that both directions stay above the horizon: cosθd cosθh >
 /// sinθd |cosφd| sinθh. So values next to the horizon are not interpolated with zeros beyond it.
 fn within(angles: HalfDifference) -> HalfDifference {
     let theta_h = angles.theta_h.min(WITHIN * FRAC_PI_2);

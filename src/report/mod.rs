@@ -16,6 +16,7 @@ pub mod machine;
 pub mod measured;
 pub mod measured_page;
 pub mod measured_table;
+mod methods;
 pub mod number;
 pub mod parameters;
 pub mod polar;

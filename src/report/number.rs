@@ -1,10 +1,11 @@
-//! Numbers as the paper prints them.
+//! Numbers as the paper and the reports print them.
 
 /// Six significant digits, trailing zeros cut off, powers of ten outside [1e-4, 1e6).
 #[must_use]
 pub fn six_digits(number: f64) -> String {
     let magnitude = number.abs();
     if number == 0.0 || (1e-4..1e6).contains(&magnitude) {
+        // Five digits after the first significant one.
         let decimals = if number == 0.0 { 0 } else { 5 - magnitude.log10().floor() as i32 };
         let fixed = format!("{number:.*}", decimals.max(0) as usize);
         return trim_zeros(&fixed).to_owned();
@@ -14,6 +15,17 @@ pub fn six_digits(number: f64) -> String {
         Some((mantissa, exponent)) => format!("{}e{exponent}", trim_zeros(mantissa)),
         None => scientific,
     }
+}
+
+/// A value as `text` prints it, or a dash where there is none.
+pub fn or_dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> String {
+    value.map_or("–".to_owned(), text)
+}
+
+/// Four digits after the point.
+#[must_use]
+pub fn four_decimals(number: f64) -> String {
+    format!("{number:.4}")
 }
 
 fn trim_zeros(decimal: &str) -> &str {

@@ -37,6 +37,7 @@ impl Polar {
     #[must_use]
     pub fn svg(&self) -> String {
         let radii = self.lobes.iter().flat_map(|lobe| &lobe.points).map(|p| p[1]);
+        // Not 0, which every radius is divided by.
         let longest = radii.chain([usual(&self.points)]).fold(f64::MIN_POSITIVE, f64::max);
         let mut svg = format!(
             "<svg class=\"polar\" viewBox=\"0 0 200 122\" role=\"img\" aria-label=\"{0}\">\

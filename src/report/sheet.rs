@@ -1,5 +1,5 @@
-//! The material sheet: what the paper's supplement prints of a material, and what the fits make
-//! of it, measured when the sheet is written.
+//! The numbers and pictures of a material sheet: those that the paper's supplement prints of a
+//! material, and those of the best fits, measured when the sheet is written.
 
 use crate::asset::{DirectFits, Distances, GltfAt, direct_fits_of};
 use crate::brdf::batch::SgdBatch;
@@ -10,12 +10,11 @@ use crate::fit::{Metric, Target, gltf, gltf_measured, one_lobe, one_lobe_measure
 use crate::material::{Edition, Material, find};
 use crate::measurement::Filled;
 use crate::microfacet::{Family, OneWidth};
-use crate::preview::film::{DeltaE, FilmError};
+use crate::preview::film::DeltaE;
 use crate::preview::render::{Quality, Render, drawn_from, render};
 use crate::preview::{Environment, Film, Shape};
 use crate::report::audit::{Audit, audit};
 use crate::report::surface::{Surface, evaluated};
-use crate::report::{sheet_page, sheet_plots};
 
 /// Everything that a sheet shows.
 pub struct Sheet<'a> {
@@ -37,7 +36,7 @@ pub struct Sheet<'a> {
     pub measured: Option<OfMeasurement<'a>>,
 }
 
-/// A measurement beside the models of a sheet.
+/// The measurement that the models of a sheet are compared with.
 pub struct OfMeasurement<'a> {
     /// Its values, NaN where there is none.
     pub reflectance: &'a dyn Reflectance,
@@ -81,69 +80,19 @@ pub struct Picture {
     pub difference: DeltaE,
 }
 
-/// A finished page.
-pub struct Page {
-    /// The material's name.
-    pub name: String,
-    /// The self-contained HTML.
-    pub html: String,
-    /// A small picture as PNG bytes.
-    pub thumbnail: Vec<u8>,
-    /// Mean ΔE2000 of Beckmann, GGX and glTF.
-    pub delta_e: [f64; 3],
-    /// The smallest angle from which a channel gains energy.
-    pub gains_energy_from_deg: Option<f64>,
-}
-
 /// Names of the fits in the order of every `[T; 3]` of fits.
 pub const FIT_NAMES: [&str; 3] = ["Beckmann", "GGX", "glTF"];
 
 /// Pictures good enough for the page: 160 pixels on a phone's screen.
 pub const QUALITY: Quality = Quality { size: 160, samples: 96, seed: 1 };
 
-/// The page of a material, its pictures taken under `environment`.
-///
-/// # Errors
-///
-/// A picture cannot be encoded.
-pub fn page(material: &Material, environment: &Environment) -> Result<Page, FilmError> {
-    finished(&Sheet::new(material, environment))
-}
-
-/// The page of a measurement and the material that was fitted to it: Beckmann, GGX and glTF are
-/// fitted to the measurement too, and everything is compared with it.
-///
-/// # Errors
-///
-/// A picture cannot be encoded.
-pub fn measured_page(
-    material: &Material,
-    measured: &dyn Reflectance,
-    surface: &Surface,
-    environment: &Environment,
-) -> Result<Page, FilmError> {
-    finished(&Sheet::of_measurement(material, measured, surface, environment))
-}
-
-fn finished(sheet: &Sheet<'_>) -> Result<Page, FilmError> {
-    Ok(Page {
-        name: sheet.material.name.clone(),
-        html: sheet_page::html(sheet, &sheet_plots::plots(sheet))?,
-        thumbnail: sheet.pictures.reference.halved().to_png()?,
-        delta_e: sheet.pictures.of_fits().map(|picture| picture.difference.mean),
-        gains_energy_from_deg: sheet
-            .audit
-            .channels
-            .iter()
-            .filter_map(|channel| channel.gains_energy_from_deg)
-            .reduce(f64::min),
-    })
-}
-
 impl<'a> Sheet<'a> {
-    fn new(material: &'a Material, environment: &Environment) -> Self {
+    /// The sheet of a material, its pictures taken under `environment`.
+    #[must_use]
+    pub fn new(material: &'a Material, environment: &Environment) -> Self {
         let published = find(&material.name).ok().filter(|entry| entry.material == *material);
         let edition = Edition::of(material);
+        // The catalogue holds the fits to its own measurement; others are fitted to the material.
         let fits = direct_fits_of(material)
             .map_or_else(|| Fits::new(material), |direct| Fits::of_catalogue(material, direct));
         let mut pictures = Pictures::new(material, edition, &fits, environment);
@@ -162,7 +111,10 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    fn of_measurement(
+    /// The sheet of a measurement and the material that was fitted to it: Beckmann, GGX and glTF are
+    /// fitted to the measurement too, and everything is compared with it.
+    #[must_use]
+    pub fn of_measurement(
         material: &'a Material,
         reflectance: &'a dyn Reflectance,
         surface: &Surface,
@@ -170,15 +122,16 @@ impl<'a> Sheet<'a> {
     ) -> Self {
         let fits = Fits::to_measurement(surface);
         let sgd = evaluated(material);
-        let distance = |model: &dyn Reflectance| surface.reference.distance(model).into();
-        let mut distances = vec![("SGD", distance(&sgd))];
+        let mut distances = vec![("SGD", surface.distances(&sgd))];
         let mut pictures = Pictures::of_measurement(material, reflectance, &fits, environment);
-        // A measurement by the name of a catalogue material is beside the paper's fit.
+        // A measurement with the name of a catalogue material is compared with the paper's fit too.
         if let Some(published) = Edition::Published.material(&material.name) {
-            distances.push((sgd_name(Edition::Published), distance(&evaluated(published))));
+            let distance = surface.distances(&evaluated(published));
+            distances.push((sgd_name(Edition::Published), distance));
             pictures.add_edition(1, Edition::Published, material, environment);
         }
-        distances.extend(FIT_NAMES.into_iter().zip(fits.reflectances().map(distance)));
+        let of_fits = fits.reflectances().map(|fit| surface.distances(fit));
+        distances.extend(FIT_NAMES.into_iter().zip(of_fits));
         Self {
             material,
             printed_error: None,
@@ -293,6 +246,7 @@ impl Pictures {
         fits: &Fits,
         environment: &Environment,
     ) -> Self {
+        // A picture has no gaps: NaN would spread over its pixel.
         let (sgd, filled) = (SgdBatch::new(material, MaskingKind::Exact), Filled(measured));
         let [beckmann, ggx, gltf] = fits.reflectances();
         let models: [&dyn Reflectance; 5] = [&filled, &sgd, beckmann, ggx, gltf];
@@ -326,6 +280,7 @@ impl Pictures {
     ) {
         let Some(edited) = edition.material(&material.name) else { return };
         let sgd = SgdBatch::new(edited, MaskingKind::Exact);
+        // The sampler of the first pictures, so that both see the same directions.
         let surface = drawn_from(material);
         let [sgd] = render(&Shape::Ball, environment, &surface, [&sgd], QUALITY, &|| ());
         let picture = Picture::new(sgd_name(edition), sgd.film, &self.reference);
@@ -333,7 +288,8 @@ impl Pictures {
     }
 
     /// The pictures of the fits, in the order of [`FIT_NAMES`].
-    fn of_fits(&self) -> [&Picture; 3] {
+    #[must_use]
+    pub fn of_fits(&self) -> [&Picture; 3] {
         let first = self.models.len() - FIT_NAMES.len();
         std::array::from_fn(|i| &self.models[first + i])
     }

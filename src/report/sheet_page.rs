@@ -5,27 +5,61 @@ use std::fmt::Write as _;
 use base64::{Engine as _, prelude::BASE64_STANDARD};
 
 use crate::asset::Distances;
+use crate::brdf::{GltfBrdf, OneLobe, OneLobeChannel};
 use crate::encode::GENERATOR;
 use crate::material::Channel;
 use crate::preview::film::FilmError;
 use crate::report::audit_page;
 use crate::report::chart::{escape, line_key};
 use crate::report::heat;
-use crate::report::number::six_digits;
+use crate::report::laws::Check;
+use crate::report::number::{four_decimals, or_dash, six_digits};
 use crate::report::parameters;
-use crate::report::sheet::{Page, Picture, Pictures, Sheet};
-use crate::report::sheet_plots::Plots;
+use crate::report::sheet::{Picture, Pictures, Sheet};
+use crate::report::sheet_plots::{Plots, plots};
 use crate::report::view;
 
 /// The style of every page of the tool.
 pub const STYLE: &str = include_str!("sheet.css");
 
-/// The page of a sheet.
-///
-/// # Errors
-///
-/// A picture cannot be encoded.
-pub fn html(sheet: &Sheet<'_>, plots: &Plots) -> Result<String, FilmError> {
+/// A finished page.
+pub struct Page {
+    /// The material's name.
+    pub name: String,
+    /// The self-contained HTML.
+    pub html: String,
+    /// A small picture as PNG bytes.
+    pub thumbnail: Vec<u8>,
+    /// Mean ΔE2000 of Beckmann, GGX and glTF.
+    pub delta_e: [f64; 3],
+    /// The smallest angle from which a channel gains energy.
+    pub gains_energy_from_deg: Option<f64>,
+}
+
+impl Page {
+    /// The page of a sheet.
+    ///
+    /// # Errors
+    ///
+    /// A picture cannot be encoded.
+    pub fn of(sheet: &Sheet<'_>) -> Result<Self, FilmError> {
+        Ok(Self {
+            name: sheet.material.name.clone(),
+            html: html(sheet)?,
+            thumbnail: sheet.pictures.reference.halved().to_png()?,
+            delta_e: sheet.pictures.of_fits().map(|picture| picture.difference.mean),
+            gains_energy_from_deg: sheet
+                .audit
+                .channels
+                .iter()
+                .filter_map(|channel| channel.gains_energy_from_deg)
+                .reduce(f64::min),
+        })
+    }
+}
+
+fn html(sheet: &Sheet<'_>) -> Result<String, FilmError> {
+    let plots = plots(sheet);
     let mut body = format!(
         "<p class=\"soft\"><a href=\"index.html\">All sheets</a> · <a href=\"{}\">Look at it from \
          all sides</a></p><h1>{}</h1>\
@@ -38,8 +72,8 @@ pub fn html(sheet: &Sheet<'_>, plots: &Plots) -> Result<String, FilmError> {
     body.push_str(&parameters(sheet));
     body.push_str(&errors(sheet));
     body.push_str(&pictures(sheet)?);
-    body.push_str(&lobes(sheet, plots));
-    body.push_str(&curves(plots));
+    body.push_str(&lobes(sheet, &plots));
+    body.push_str(&curves(&plots));
     body.push_str(&fits(sheet));
     body.push_str(&audit(sheet));
     Ok(document(&sheet.material.name, &body))
@@ -61,17 +95,19 @@ pub fn document(title: &str, body: &str) -> String {
 const COLUMNS: [&str; 12] = ["ρd", "ρs", "α", "p", "F0", "F1", "K", "λ", "c", "k", "θ0", "error"];
 
 fn parameters(sheet: &Sheet<'_>) -> String {
-    let number = |n: &Option<f64>| n.map_or("–".to_owned(), six_digits);
-    let row = |(name, row): &(String, parameters::Row)| {
-        std::iter::once(name.clone()).chain(row.iter().map(number)).collect()
-    };
     let mut numbers = parameters::rows(sheet.material);
     if let Some(measured) = &sheet.measured {
         // A row for each colour, lobe after lobe.
         let errors = measured.absolute.iter().cycle();
         numbers.iter_mut().zip(errors).for_each(|((_, row), error)| row[11] = Some(*error));
     }
-    let rows: Vec<Vec<String>> = numbers.iter().map(row).collect();
+    let rows: Vec<Vec<String>> = numbers
+        .into_iter()
+        .map(|(name, row)| {
+            let numbers = row.map(|number| or_dash(number, six_digits));
+            std::iter::once(name).chain(numbers).collect()
+        })
+        .collect();
     let error = match sheet.measured {
         Some(_) => {
             "the absolute fitting error of the colour, the mean of |f − measured| weighted by \
@@ -132,18 +168,8 @@ fn errors(sheet: &Sheet<'_>) -> String {
     if sheet.distances.is_empty() {
         return String::new();
     }
-    let row = |(name, distances): &(&str, Distances)| {
-        let Distances { suns, highlights, absolute, relative, lightness } = distances;
-        let numbers = [
-            format!("{suns:.2}"),
-            format!("{highlights:.2}"),
-            format!("{absolute:.5}"),
-            format!("{relative:.4}"),
-            format!("{lightness:.4}"),
-        ];
-        std::iter::once((*name).to_owned()).chain(numbers).collect()
-    };
-    let rows: Vec<Vec<String>> = sheet.distances.iter().map(row).collect();
+    let rows: Vec<Vec<String>> =
+        sheet.distances.iter().map(|(name, distances)| error_row(name, distances)).collect();
     let columns = ["ΔE2000 suns", "ΔE2000 highlights", "absolute [1/sr]", "relative", "lightness"];
     let source = if sheet.measured.is_some() {
         "Each model but a published one is fitted to the measurement."
@@ -158,6 +184,19 @@ fn errors(sheet: &Sheet<'_>) -> String {
          mean of |f − measured| weighted by both cosines, relative the same over the mean of f.</p>",
         table("", &columns, &rows)
     )
+}
+
+/// A row of the table of errors.
+fn error_row(model: &str, distances: &Distances) -> Vec<String> {
+    let Distances { suns, highlights, absolute, relative, lightness } = distances;
+    vec![
+        model.to_owned(),
+        format!("{suns:.2}"),
+        format!("{highlights:.2}"),
+        format!("{absolute:.5}"),
+        four_decimals(*relative),
+        four_decimals(*lightness),
+    ]
 }
 
 /// What the colours of the difference maps mean.
@@ -226,35 +265,12 @@ fn curves(plots: &Plots) -> String {
 }
 
 fn fits(sheet: &Sheet<'_>) -> String {
-    let number = |n: f64| format!("{n:.4}");
-    let one_lobe = [("Beckmann", &sheet.fits.beckmann), ("GGX", &sheet.fits.ggx)];
-    let rows: Vec<Vec<String>> = one_lobe
-        .into_iter()
-        .zip(&sheet.fits.residuals)
-        .flat_map(|((name, fit), residual)| {
-            Channel::ALL.into_iter().enumerate().map(move |(c, channel)| {
-                let of = &fit.channels[c];
-                let numbers =
-                    [of.rho_d, of.alpha, of.fresnel.f0, of.fresnel.f90, of.fresnel.f1, residual[c]];
-                let name = format!("{name} {}", channel.name());
-                std::iter::once(name).chain(numbers.map(number)).collect()
-            })
-        })
-        .collect();
-    let columns = ["ρd", "α", "f0", "f90", "f1", "residual"];
-    let gltf = &sheet.fits.gltf;
-    let optional = |n: Option<f64>| n.map_or("–".to_owned(), number);
-    let gltf_row = vec![
-        "glTF".to_owned(),
-        gltf.base_color.map(number).join(" "),
-        number(gltf.metallic),
-        number(gltf.roughness),
-        number(gltf.specular_factor),
-        gltf.specular_color.map(number).join(" "),
-        optional(gltf.clearcoat),
-        optional(gltf.clearcoat_roughness),
-        sheet.fits.residuals[2].map(number).join(" "),
+    let [beckmann, ggx, gltf] = &sheet.fits.residuals;
+    let lobes = [
+        one_lobe_rows("Beckmann", &sheet.fits.beckmann, beckmann),
+        one_lobe_rows("GGX", &sheet.fits.ggx, ggx),
     ];
+    let columns = ["ρd", "α", "f0", "f90", "f1", "residual"];
     let gltf_columns = [
         "base colour",
         "metallic",
@@ -267,9 +283,36 @@ fn fits(sheet: &Sheet<'_>) -> String {
     ];
     format!(
         "<h2>Best fits</h2>{}<br>{}",
-        table("", &columns, &rows),
-        table("", &gltf_columns, &[gltf_row])
+        table("", &columns, &lobes.concat()),
+        table("", &gltf_columns, &[gltf_row(&sheet.fits.gltf, gltf)])
     )
+}
+
+/// A row for each channel of a fit.
+fn one_lobe_rows(name: &str, fit: &OneLobe, residuals: &[f64; 3]) -> Vec<Vec<String>> {
+    let channels = Channel::ALL.into_iter().zip(&fit.channels).zip(residuals);
+    let rows = channels.map(|((channel, of), residual)| {
+        let OneLobeChannel { rho_d, alpha, fresnel } = of;
+        let numbers = [*rho_d, *alpha, fresnel.f0, fresnel.f90, fresnel.f1, *residual];
+        let name = format!("{name} {}", channel.name());
+        std::iter::once(name).chain(numbers.map(four_decimals)).collect()
+    });
+    rows.collect()
+}
+
+/// The row of the factors of a glTF material.
+fn gltf_row(gltf: &GltfBrdf, residuals: &[f64; 3]) -> Vec<String> {
+    vec![
+        "glTF".to_owned(),
+        gltf.base_color.map(four_decimals).join(" "),
+        four_decimals(gltf.metallic),
+        four_decimals(gltf.roughness),
+        four_decimals(gltf.specular_factor),
+        gltf.specular_color.map(four_decimals).join(" "),
+        or_dash(gltf.clearcoat, four_decimals),
+        or_dash(gltf.clearcoat_roughness, four_decimals),
+        residuals.map(four_decimals).join(" "),
+    ]
 }
 
 fn audit(sheet: &Sheet<'_>) -> String {
@@ -277,13 +320,10 @@ fn audit(sheet: &Sheet<'_>) -> String {
         .laws
         .iter()
         .map(|check| {
-            let of = |c: usize| {
-                let same = sheet.audit.channels[c].laws.iter().find(|other| other.law == check.law);
-                same.map_or("–".to_owned(), |check| {
-                    format!("{:.1e}{}", check.deviation, if check.holds() { "" } else { " broken" })
-                })
-            };
-            vec![escape(check.law.describe()), of(0), of(1), of(2), format!("{:.1e}", check.bound)]
+            let [r, g, b] = sheet.audit.channels.each_ref().map(|channel| {
+                or_dash(channel.laws.iter().find(|other| other.law == check.law), deviation)
+            });
+            vec![escape(check.law.describe()), r, g, b, format!("{:.1e}", check.bound)]
         })
         .collect();
     let findings: String = audit_page::findings_of(&sheet.audit)
@@ -291,6 +331,11 @@ fn audit(sheet: &Sheet<'_>) -> String {
         .map(|f| format!("<li>{}</li>", escape(f)))
         .collect();
     format!("<h2>Audit</h2><ul>{findings}</ul>{}", table("law", &["r", "g", "b", "bound"], &laws))
+}
+
+/// How far a channel is from a law, and whether that breaks it.
+fn deviation(check: &Check) -> String {
+    format!("{:.1e}{}", check.deviation, if check.holds() { "" } else { " broken" })
 }
 
 /// The index of several sheets.
@@ -305,8 +350,7 @@ pub fn index<'p>(pages: impl IntoIterator<Item = (&'p str, &'p Page)>) -> String
     for (file, page) in pages {
         let name = escape(&page.name);
         let [beckmann, ggx, gltf] = page.delta_e;
-        let gain =
-            page.gains_energy_from_deg.map_or("–".to_owned(), |angle| format!("{angle:.1}°"));
+        let gain = or_dash(page.gains_energy_from_deg, |angle| format!("{angle:.1}°"));
         let _ = write!(
             body,
             "<tr><td><a href=\"{}\">{name}</a></td><td><img alt=\"\" width=\"40\" height=\"40\" \

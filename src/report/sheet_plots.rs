@@ -33,8 +33,9 @@ const INCIDENCES: [f64; 4] = [10.0, 30.0, 50.0, 70.0];
 /// CSS classes of the fits, in the sheet's order.
 const FIT_CLASSES: [&str; 3] = ["beckmann", "ggx", "gltf"];
 
-/// Angles on each side of the normal of a curve, and of the points of a measurement.
-const STEPS: i32 = 240;
+/// Angles on each side of the normal of a curve, a third of a degree apart: the mirror direction of
+/// every incidence is among them. And of the points of a measurement.
+const STEPS: i32 = 269;
 const POINTS: i32 = 35;
 
 const CHART_SIZE: [f64; 2] = [340.0, 240.0];
@@ -64,50 +65,55 @@ fn lobes(sheet: &Sheet<'_>, theta_deg: f64) -> [String; 3] {
     let measured: Vec<[f64; 4]> =
         measured.map(|of| plane_of_incidence(of.reflectance, theta_i, POINTS)).unwrap_or_default();
     std::array::from_fn(|c| {
-        let lobe = |(class, values): &(&str, Vec<[f64; 4]>)| Lobe {
+        let lobes = curves.iter().map(|(class, values)| Lobe {
             class: (*class).to_owned(),
-            points: values.iter().map(|v| [v[0], v[c + 1].max(0.0).cbrt()]).collect(),
-        };
+            points: values.iter().map(|values| radius(values, c)).collect(),
+        });
         let title = format!("{} · θi = {theta_deg}°", Channel::ALL[c].name());
-        let points = measured.iter().filter(|v| !v[c + 1].is_nan());
-        let points = points.map(|v| [v[0], v[c + 1].max(0.0).cbrt()]).collect();
-        Polar { title, theta_i, lobes: curves.iter().map(lobe).collect(), points }.svg()
+        let points = measured.iter().filter(|values| !values[c + 1].is_nan());
+        let points = points.map(|values| radius(values, c)).collect();
+        Polar { title, theta_i, lobes: lobes.collect(), points }.svg()
     })
+}
+
+/// θo and ∛f of a channel, of θo and f of r, g, b.
+fn radius(values: &[f64; 4], channel: usize) -> [f64; 2] {
+    // f is negative where a published F is.
+    [values[0], values[channel + 1].max(0.0).cbrt()]
 }
 
 /// (θo, f of r, g, b) through the plane of incidence; negative θo on the light's side.
 fn plane_of_incidence(model: &dyn Reflectance, theta_i: f64, steps: i32) -> Vec<[f64; 4]> {
     let wi = spherical(theta_i, PI);
-    // Half steps keep clear of the horizon; the mirror direction is one of them.
-    let at = |step: i32| {
-        let theta_o = FRAC_PI_2 * f64::from(step) / f64::from(steps + 1);
-        let [r, g, b] =
-            model.eval(wi, spherical(theta_o.abs(), if theta_o < 0.0 { PI } else { 0.0 }));
-        [theta_o, r, g, b]
-    };
-    (-steps..=steps).map(at).collect()
+    // The ends stay one step short of the horizon, where f is 0.
+    let angles = (-steps..=steps).map(|step| FRAC_PI_2 * f64::from(step) / f64::from(steps + 1));
+    angles
+        .map(|theta_o| {
+            let phi_o = if theta_o < 0.0 { PI } else { 0.0 };
+            let [r, g, b] = model.eval(wi, spherical(theta_o.abs(), phi_o));
+            [theta_o, r, g, b]
+        })
+        .collect()
 }
 
 /// F of each lobe and colour that it reflects.
 fn fresnel(sheet: &Sheet<'_>) -> String {
-    let lobe = |lobe: &MicrofacetLobe<Sgd>| {
-        let colours = Channel::ALL.into_iter().filter(|c| lobe.rho_s[*c as usize] > 0.0);
-        let curve = |c: Channel| Curve {
+    let mut curves = Vec::new();
+    for lobe in &sheet.sgd.lobes {
+        curves.extend(colours(lobe).map(|c| Curve {
             class: c.name().to_owned(),
             points: angles(|cos, _| lobe.fresnel[c as usize].eval(cos)),
-        };
-        colours.map(curve).collect::<Vec<_>>()
-    };
-    let curves: Vec<Curve> = sheet.sgd.lobes.iter().flat_map(lobe).collect();
-    let values = || curves.iter().flat_map(|curve| &curve.points).map(|p| p[1]);
-    let (low, high) = (values().fold(0.0, f64::min), values().fold(1.0, f64::max));
+        }));
+    }
+    let values = curves.iter().flat_map(|curve| &curve.points).map(|p| p[1]);
+    // At least [0, 1], so that leaving it is seen.
+    let (low, high) = values.fold((0.0, 1.0), |(low, high), f| (f.min(low), f.max(high)));
     chart("Fresnel factor", "θd [°]", "F", Axis::linear("", low, high), curves)
 }
 
-/// The colours that a lobe reflects, as a title names them.
-fn colours(lobe: &MicrofacetLobe<Sgd>) -> String {
-    let colours = Channel::ALL.into_iter().filter(|c| lobe.rho_s[*c as usize] > 0.0);
-    colours.map(Channel::name).collect::<Vec<_>>().join(" ")
+/// The colours that a lobe reflects.
+fn colours(lobe: &MicrofacetLobe<Sgd>) -> impl Iterator<Item = Channel> {
+    Channel::ALL.into_iter().filter(|c| lobe.rho_s[*c as usize] > 0.0)
 }
 
 /// D of a lobe with the widths of the fits, in decades down from the peak.
@@ -117,7 +123,7 @@ fn ndf(sheet: &Sheet<'_>, j: usize) -> String {
     let sgd = &lobe.distribution;
     let end = shown_angle(|tan2| sgd.ndf(tan2) > sgd.peak() * DECADES);
     // The fits' width in the first colour of the lobe.
-    let c = (0..3).find(|c| lobe.rho_s[*c] > 0.0).unwrap_or(0);
+    let c = colours(lobe).next().unwrap_or(Channel::R) as usize;
     let one_lobe = [sheet.fits.beckmann, sheet.fits.ggx].map(|fit| {
         let fitted = fit.family.of_width(fit.channels[c].alpha);
         angles_to(end, |cos, sin| fitted.ndf((sin / cos).powi(2)))
@@ -128,7 +134,7 @@ fn ndf(sheet: &Sheet<'_>, j: usize) -> String {
     let curves = curves.map(|(points, class)| Curve { class: class.to_owned(), points }).collect();
     let y = Axis::decades("", sgd.peak() * DECADES, sgd.peak());
     let y = Axis { label: "D [1/sr]".to_owned(), ..y };
-    let title = format!("D, {}", colours(lobe));
+    let title = format!("D, {}", colours(lobe).map(Channel::name).collect::<Vec<_>>().join(" "));
     let x = Axis::linear("θh [°]", 0.0, end);
     Chart { title, size: CHART_SIZE, x, y, curves, marks: vec![], key: vec![] }.svg()
 }
@@ -147,17 +153,17 @@ fn published_masking(sheet: &Sheet<'_>) -> Vec<FittedMasking> {
 /// A curve of each lobe, in the class of the first colour that it reflects.
 fn by_lobe(sheet: &Sheet<'_>, class: &str, curve: impl Fn(usize) -> Vec<[f64; 2]>) -> Vec<Curve> {
     let lobes = sheet.sgd.lobes.iter().enumerate();
-    let named = |(j, lobe): (usize, &MicrofacetLobe<Sgd>)| {
-        let colour = Channel::ALL.into_iter().find(|c| lobe.rho_s[*c as usize] > 0.0);
-        let colour = colour.unwrap_or(Channel::ALL[j.min(2)]);
+    let curves = lobes.map(|(j, lobe)| {
+        let colour = colours(lobe).next().unwrap_or(Channel::ALL[j.min(2)]);
         Curve { class: format!("{}{class}", colour.name()), points: curve(j) }
-    };
-    lobes.map(named).collect()
+    });
+    curves.collect()
 }
 
 fn masking(sheet: &Sheet<'_>) -> String {
     let fitted = published_masking(sheet);
     let mut curves = by_lobe(sheet, " dashed", |j| angles(|c, s| fitted[j].g1(c / s)));
+    // Exact over fitted: the later curve lies on top.
     curves.extend(by_lobe(sheet, "", |j| angles(|c, s| sheet.sgd.lobes[j].g1(c / s))));
     chart("G1 · exact and, dashed, as fitted", "θ [°]", "G1", Axis::linear("", 0.0, 1.0), curves)
 }
@@ -168,25 +174,21 @@ fn masking_difference(sheet: &Sheet<'_>) -> String {
         angles(|cos, sin| fitted[j].g1(cos / sin) - sheet.sgd.lobes[j].g1(cos / sin))
     });
     let values = curves.iter().flat_map(|curve| &curve.points).map(|p| p[1].abs());
+    // An axis even where the two do not differ.
     let largest = values.fold(1e-4, f64::max);
     let y = Axis::linear("", -largest, largest);
     chart("G1 · fitted − exact", "θ [°]", "ΔG1", y, curves)
 }
 
 fn albedo(sheet: &Sheet<'_>) -> String {
-    let curves = sheet.audit.channels.each_ref().map(|channel| {
-        channel.albedo.iter().map(|at| [at.theta_deg, at.albedo]).collect::<Vec<_>>()
-    });
-    let highest = curves.iter().flatten().map(|p| p[1]).fold(1.0, f64::max);
-    let mut all = vec![Curve { class: "limit".into(), points: vec![[0.0, 1.0], [90.0, 1.0]] }];
-    all.extend(by_channel(curves, ""));
-    chart(
-        "Directional albedo",
-        "θo [°]",
-        "∫ f cosθi dωi",
-        Axis::linear("", 0.0, highest * 1.05),
-        all,
-    )
+    let mut curves = vec![Curve { class: "limit".into(), points: vec![[0.0, 1.0], [90.0, 1.0]] }];
+    curves.extend(sheet.audit.channels.iter().zip(Channel::ALL).map(|(audit, channel)| Curve {
+        class: channel.name().to_owned(),
+        points: audit.albedo.iter().map(|at| [at.theta_deg, at.albedo]).collect(),
+    }));
+    let highest = curves.iter().flat_map(|curve| &curve.points).map(|p| p[1]).fold(1.0, f64::max);
+    let y = Axis::linear("", 0.0, highest * 1.05);
+    chart("Directional albedo", "θo [°]", "∫ f cosθi dωi", y, curves)
 }
 
 /// (θ in degrees, value of its cosine and sine) in even steps from 0 to 90°.
@@ -197,20 +199,14 @@ fn angles(value: impl Fn(f64, f64) -> f64) -> Vec<[f64; 2]> {
 /// The same up to `end` degrees, 90° itself just missed.
 fn angles_to(end: f64, value: impl Fn(f64, f64) -> f64) -> Vec<[f64; 2]> {
     const STEPS: u32 = 180;
-    let at = |step: u32| {
-        let theta_deg = end * f64::from(step) / f64::from(STEPS) * (1.0 - 1e-9);
-        let (cos, sin) = cos_sin_degrees(theta_deg);
-        [theta_deg, value(cos, sin)]
-    };
-    (0..=STEPS).map(at).collect()
-}
-
-fn by_channel(curves: [Vec<[f64; 2]>; 3], class: &str) -> Vec<Curve> {
-    let curve = |(points, channel): (Vec<[f64; 2]>, Channel)| Curve {
-        class: format!("{}{class}", channel.name()),
-        points,
-    };
-    curves.into_iter().zip(Channel::ALL).map(curve).collect()
+    // 90° just missed: tanθ stays finite.
+    let angles = (0..=STEPS).map(|step| end * f64::from(step) / f64::from(STEPS) * (1.0 - 1e-9));
+    angles
+        .map(|theta_deg| {
+            let (cos, sin) = cos_sin_degrees(theta_deg);
+            [theta_deg, value(cos, sin)]
+        })
+        .collect()
 }
 
 fn chart(title: &str, x: &str, y_label: &str, y: Axis, curves: Vec<Curve>) -> String {

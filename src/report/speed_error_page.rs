@@ -59,7 +59,7 @@ fn table(methods: &[Measured]) -> String {
     text
 }
 
-/// Infinite where no method is as near or as fast.
+/// A margin, or a dash where it is infinite: no method is as near or as fast.
 fn margin(margin: f64) -> String {
     if margin.is_finite() { format!("{margin:.2}") } else { "–".to_owned() }
 }

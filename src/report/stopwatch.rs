@@ -40,6 +40,7 @@ pub struct Rounds(Vec<Vec<f64>>);
 #[must_use]
 pub fn measure(mut jobs: Vec<Job<'_>>, patience: Patience) -> Rounds {
     let mut rounds: Vec<Vec<f64>> = vec![Vec::with_capacity(patience.repeats); jobs.len()];
+    // A call ahead of the rounds, for caches and pages that are touched first.
     for job in &mut jobs {
         (job.run)();
     }
@@ -103,6 +104,7 @@ fn sorted(mut values: Vec<f64>) -> Vec<f64> {
 
 /// The value below which a `share` of the sorted ones lie.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
+    // The nearest rank: a time that was measured, not a mean of two.
     let index = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
     sorted.get(index).copied().unwrap_or(f64::NAN)
 }
@@ -127,12 +129,12 @@ mod tests {
     #[test]
     fn every_round_runs_every_job_in_turn() {
         let calls = std::cell::RefCell::new(Vec::new());
-        let job = |name: char| {
+        let jobs = ['a', 'b'].map(|name| {
             let calls = &calls;
             Job { run: Box::new(move || calls.borrow_mut().push(name)), evaluations: 10 }
-        };
+        });
         let patience = Patience { repeats: 3, round: Duration::ZERO };
-        let rounds = measure(vec![job('a'), job('b')], patience);
+        let rounds = measure(jobs.into(), patience);
         assert_eq!(rounds.timings().iter().map(|t| t.repeats).collect::<Vec<_>>(), [3, 3]);
         assert_eq!(calls.borrow().iter().collect::<String>(), "ab".repeat(1 + 3));
     }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::asset::Distances;
 use crate::brdf::{MaskingKind, Reflectance, SgdBrdf};
 use crate::fit::measured_target::{MeasuredTarget, NothingMeasured};
 use crate::fit::sgd::{self, Options, SgdFit};
@@ -71,6 +72,12 @@ impl Surface {
         let material = fit.model.material(name)?;
         let distance = self.reference.distance(&evaluated(&material));
         Ok(SurfaceFit { fit, material, distance })
+    }
+
+    /// How far a model is from the surface, as an asset states it.
+    #[must_use]
+    pub fn distances(&self, model: &dyn Reflectance) -> Distances {
+        self.reference.distance(model).into()
     }
 }
 

@@ -17,10 +17,11 @@ pub const FILE: &str = "view.html";
 /// The address of a material on the page beside its sheet.
 #[must_use]
 pub fn address(name: &str) -> String {
-    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.~@".contains(&byte);
-    let encoded = name.bytes().map(|byte| match plain(byte) {
-        true => char::from(byte).to_string(),
-        false => format!("%{byte:02X}"),
+    let encoded = name.bytes().map(|byte| match byte {
+        b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' | b'@' => {
+            char::from(byte).to_string()
+        }
+        byte => format!("%{byte:02X}"),
     });
     format!("{FILE}#{}", encoded.collect::<String>())
 }
@@ -30,7 +31,7 @@ const TEMPLATE: &str = include_str!("view.html");
 
 /// A page.
 pub struct View {
-    /// What it is called.
+    /// The title.
     pub title: String,
     /// A line under the title.
     pub note: String,
@@ -42,7 +43,7 @@ pub struct View {
     pub glb: Vec<Bytes>,
 }
 
-/// What is said of a ball.
+/// The caption of a ball.
 #[derive(Clone, Debug, Serialize)]
 pub struct Caption {
     /// Its name.
@@ -53,7 +54,7 @@ pub struct Caption {
     pub surface: Option<f64>,
 }
 
-/// What the page's script reads.
+/// The data that the page's script reads.
 #[derive(Serialize)]
 struct Contents<'a> {
     schema: &'static str,
@@ -97,9 +98,11 @@ impl View {
     ///
     /// Those of `out`, and of the files that the GLB's bytes are still in.
     pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
+        // The encoder writes in small pieces.
         let mut out = io::BufWriter::new(out);
         let mut rest = TEMPLATE;
         for (text, mark) in MARKS {
+            // Only the template is searched for marks, never the text that is filled in.
             let (before, after) = rest.split_once(text).unwrap_or((rest, ""));
             out.write_all(before.as_bytes())?;
             self.fill(mark, &mut out)?;

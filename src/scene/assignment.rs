@@ -51,6 +51,7 @@ impl Assignment {
     /// Text that is not TOML, and values that are not strings.
     pub fn parse_file(text: &str) -> Result<Vec<Self>, AssignmentError> {
         let table: toml::Table = text.trim_start_matches('\u{feff}').parse()?;
+        // In the order of the file (toml's `preserve_order`), which decides between equal patterns.
         table.into_iter().map(Self::from_entry).collect()
     }
 

@@ -33,14 +33,14 @@ impl Scene {
         let ball = Self::ball(segments)?;
         let mut document: Value = serde_json::from_str(&ball.text)?;
         let primitive = document["meshes"][0]["primitives"][0].take();
-        let mesh = |(index, slot): (usize, &&str)| {
+        let meshes = slots.iter().enumerate().map(|(index, slot)| {
             let mut primitive = primitive.clone();
             primitive["material"] = index.into();
             json!({"name": slot, "primitives": [primitive]})
-        };
-        document["meshes"] = slots.iter().enumerate().map(mesh).collect();
-        let node = |(index, slot): (usize, &&str)| json!({"name": slot, "mesh": index});
-        document["nodes"] = slots.iter().enumerate().map(node).collect();
+        });
+        document["meshes"] = meshes.collect();
+        let nodes = slots.iter().enumerate();
+        document["nodes"] = nodes.map(|(i, slot)| json!({"name": slot, "mesh": i})).collect();
         document["materials"] = slots.iter().map(|slot| json!({"name": slot})).collect();
         document["scenes"][0]["nodes"] = (0..slots.len()).collect();
         Self::new(document.to_string(), ball.bin, None, Source::Built(None))
@@ -55,6 +55,7 @@ fn ball(rows: u32) -> Surface {
     for row in 0..=rows {
         for column in 0..=columns {
             let [u, v] = [column as f32 / columns as f32, row as f32 / rows as f32];
+            // At the seam u is 1, and φ 0 again: the same position to the last bit.
             let normal = direction(PI * v, TAU * (u % 1.0), row % rows == 0);
             ball.positions.push(normal);
             ball.normals.push(normal);
@@ -78,6 +79,7 @@ fn ball(rows: u32) -> Surface {
 
 /// The unit vector at polar angle `theta` from +y and azimuth `phi`; exactly ±y at a pole.
 fn direction(theta: f32, phi: f32, pole: bool) -> [f32; 3] {
+    // sin π is not 0 in f32.
     let sin = if pole { 0.0 } else { theta.sin() };
     [sin * phi.sin(), theta.cos(), sin * phi.cos()]
 }

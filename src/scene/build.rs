@@ -55,6 +55,7 @@ pub(super) fn scene(meshes: Vec<Mesh>, parts: Parts, source: Source) -> Result<S
     Scene::new(text, Some(vec![Bytes::from(builder.bytes)]), None, source)
 }
 
+// Targets and component types by their numbers in glTF, which are those of WebGL.
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 const UNSIGNED_SHORT: u32 = 5123;
@@ -77,6 +78,7 @@ impl Builder {
 
     fn primitive(&mut self, surface: Surface) -> Value {
         let mut attributes = Map::new();
+        // glTF requires bounds of positions, and of nothing else here.
         let bounds = bounds(&surface.positions);
         let positions = self.attribute("VEC3", &surface.positions, Some(bounds));
         attributes.insert("POSITION".into(), positions);
@@ -121,6 +123,7 @@ impl Builder {
     fn indices(&mut self, surface: &Surface) -> Value {
         let short = surface.positions.len() < usize::from(u16::MAX);
         let view = if short {
+            // No index is cut: `short` has compared the number of vertices.
             let indices: Vec<u16> = surface.indices.iter().map(|&index| index as u16).collect();
             self.view(bytemuck::cast_slice(&indices), ELEMENT_ARRAY_BUFFER)
         } else {
@@ -140,6 +143,7 @@ impl Builder {
     }
 
     fn view(&mut self, bytes: &[u8], target: u32) -> Value {
+        // Floats and 32-bit indices must start at multiples of four.
         let offset = self.bytes.len().next_multiple_of(4);
         self.bytes.resize(offset, 0);
         self.bytes.extend_from_slice(bytes);

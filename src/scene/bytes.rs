@@ -48,6 +48,7 @@ impl Bytes {
     /// The bytes of a range within these.
     pub fn slice(self, range: Range<u64>) -> Self {
         match self {
+            // The whole keeps the shared memory; a part of it is a copy.
             _ if range == (0..self.len()) => self,
             Bytes::Memory(bytes) => {
                 Bytes::Memory(bytes[range.start as usize..range.end as usize].into())

@@ -1,5 +1,5 @@
 //! Checks of a document before anything relies on it: indices exist, sizes fit, nodes form
-//! a forest. Nothing is decoded and nothing allocated by a claimed size.
+//! no cycle. Nothing is decoded and nothing allocated by a claimed size.
 
 use std::fmt::Display;
 
@@ -16,6 +16,7 @@ use crate::scene::{
 /// [`SceneError::Missing`] for buffers that must not or cannot be read.
 pub(super) fn check(scene: &Scene) -> Result<(), SceneError> {
     let outline = &scene.outline;
+    // First, as views are measured against the `byteLength` that this verifies.
     buffers(scene)?;
     for (i, view) in outline.buffer_views.iter().enumerate() {
         let buffer =
@@ -66,12 +67,14 @@ fn buffers(scene: &Scene) -> Result<(), SceneError> {
                     let path = resource.locate(scene.folder())?;
                     path.metadata()?.len()
                 }
+                // A data URI is measured where it is decoded, in `pack_buffers`.
                 None => continue,
             },
             (None, Some(bin)) if i == 0 => bin.iter().map(Bytes::len).sum(),
             // A placeholder whose content an extension makes.
             (None, _) => continue,
         };
+        // More data than claimed is fine: BIN is padded to a multiple of four.
         if buffer.byte_length.0 > length {
             let reason = format!("claims {} bytes, its data has {length}", buffer.byte_length.0);
             return Err(SceneError::Invalid(format!("buffers[{i}]"), reason));
@@ -88,10 +91,12 @@ fn check_accessor(outline: &Outline, i: usize, accessor: &Accessor) -> Result<()
         all(&format_args!("accessors[{i}].sparse"), &views, &outline.buffer_views)?;
         fits(&format_args!("accessors[{i}].sparse.count"), Some(sparse.count.0), accessor.count.0)?;
     }
+    // Without a view the elements are zeros; without an element there is no last one.
     if let (Some(view), Some(size), Some(last)) =
         (view, element_size(accessor), accessor.count.0.checked_sub(1))
     {
         let stride = view.byte_stride.map_or(size, |stride| stride.0);
+        // The last element takes `size`, not `stride`: the gap behind it may lie outside.
         let end = last
             .checked_mul(stride)
             .and_then(|start| start.checked_add(size))
@@ -103,23 +108,28 @@ fn check_accessor(outline: &Outline, i: usize, accessor: &Accessor) -> Result<()
 
 /// Bytes of one element; `None` for types of extensions. Matrix columns start at multiples of 4.
 fn element_size(accessor: &Accessor) -> Option<u64> {
+    // Bytes, 16 bits, then 32-bit integers and floats, by their numbers in glTF.
     let component = match accessor.component_type.0 {
         5120 | 5121 => 1,
         5122 | 5123 => 2,
         5125 | 5126 => 4,
         _ => return None,
     };
-    let column = |rows: u64| (rows * component).next_multiple_of(4);
     Some(match &*accessor.kind {
         "SCALAR" => component,
         "VEC2" => 2 * component,
         "VEC3" => 3 * component,
         "VEC4" => 4 * component,
-        "MAT2" => 2 * column(2),
-        "MAT3" => 3 * column(3),
-        "MAT4" => 4 * column(4),
+        "MAT2" => 2 * column(2, component),
+        "MAT3" => 3 * column(3, component),
+        "MAT4" => 4 * column(4, component),
         _ => return None,
     })
+}
+
+/// Bytes of a column of a matrix.
+fn column(rows: u64, component: u64) -> u64 {
+    (rows * component).next_multiple_of(4)
 }
 
 fn check_mesh(outline: &Outline, i: usize, mesh: &Mesh) -> Result<(), SceneError> {
@@ -151,6 +161,7 @@ fn nodes(outline: &Outline) -> Result<(), SceneError> {
         optional(&format_args!("nodes[{i}].skin"), node.skin, &outline.skins)?;
         optional(&format_args!("nodes[{i}].camera"), node.camera, &outline.cameras)?;
         all(&format_args!("nodes[{i}].children"), &node.children, nodes)?;
+        // `all` has checked that the children exist.
         node.children.iter().for_each(|child| parents[child.0 as usize] += 1);
     }
     acyclic(outline, parents)

@@ -80,7 +80,7 @@ pub struct SlotContent {
     pub used: bool,
 }
 
-/// A file whose contents cannot be told.
+/// Why the contents of a file cannot be listed.
 #[derive(Debug, thiserror::Error)]
 pub enum ContentsError {
     /// The file cannot be read.
@@ -112,6 +112,11 @@ const MAX_TEXTURE_BYTES: u64 = 12 * 16384 * 16384 + (64 << 20);
 /// Bytes of a manifest of the most rows, each with a name of the longest.
 const MAX_MANIFEST_BYTES: u64 = 1 << 30;
 
+/// Refuses a file of more bytes than any of its kind has.
+fn check_size(found: u64, most: u64, kind: &'static str) -> Result<(), ContentsError> {
+    if found > most { Err(ContentsError::Size { kind, found, most }) } else { Ok(()) }
+}
+
 impl Contents {
     /// Reads the contents of a file: a texture by its first bytes or its name, a manifest by its
     /// name, else a scene.
@@ -124,22 +129,20 @@ impl Contents {
         if !metadata.is_file() {
             return Err(ContentsError::Scene(SceneError::NotAFile));
         }
-        let at_most = |most: u64, kind: &'static str| match metadata.len() {
-            found if found > most => Err(ContentsError::Size { kind, found, most }),
-            _ => Ok(()),
-        };
         let mut start = Vec::new();
+        // 12 bytes: the signature of KTX 2, the longest.
         fs::File::open(path)?.take(12).read_to_end(&mut start)?;
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
         if Format::of(&start).is_some() {
-            at_most(MAX_TEXTURE_BYTES, "a texture")?;
+            check_size(metadata.len(), MAX_TEXTURE_BYTES, "a texture")?;
             return Ok(Self::of_texture(&fs::read(path)?)?);
         }
         if ending.parse::<Format>().is_ok() {
+            // Named like a texture without its signature; the first bytes suffice for the error.
             return Ok(Self::of_texture(&start)?);
         }
         if ending == "json" {
-            at_most(MAX_MANIFEST_BYTES, "a manifest")?;
+            check_size(metadata.len(), MAX_MANIFEST_BYTES, "a manifest")?;
             return Ok(Self::of_manifest(&fs::read_to_string(path)?)?);
         }
         Ok(Self::of_scene(&Scene::open(path)?))
@@ -167,6 +170,7 @@ impl Contents {
         let entry = read_entry(bytes)?;
         let materials = entry.rows.iter().enumerate().map(|(index, name)| MaterialContent {
             name: name.clone(),
+            // A texture without a row axis states the one row that it holds.
             row: Some(entry.row.unwrap_or(index)),
             slot: None,
         });
@@ -189,6 +193,7 @@ impl Contents {
                 Ok(extension) => {
                     let (name, row) = (extension.material.parameters.name, extension.material.row);
                     contents.materials.push(MaterialContent { name, row, slot });
+                    // Materials share textures, each with rows of its own.
                     for texture in extension.textures {
                         if !contents.textures.contains(&texture) {
                             contents.textures.push(texture);

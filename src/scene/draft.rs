@@ -35,6 +35,7 @@ struct Embedded {
 
 impl<'s> Draft<'s> {
     pub fn new(text: &'s str, bin: Option<&Vec<Bytes>>) -> serde_json::Result<Self> {
+        // `Pieces` drops the white space around the document; `finish` puts it back.
         let (before, rest) = text.split_at(text.len() - text.trim_start().len());
         let after = &rest[rest.trim_end().len()..];
         Ok(Draft {
@@ -70,7 +71,7 @@ impl<'s> Draft<'s> {
         Ok(())
     }
 
-    /// Adds an element to a root array and says its index.
+    /// Adds an element to a root array and returns its index.
     pub fn append(&mut self, key: &'static str, item: String) -> serde_json::Result<usize> {
         let array = self.array(key)?;
         array.push(item);
@@ -92,17 +93,20 @@ impl<'s> Draft<'s> {
         Ok(())
     }
 
-    /// Puts `bytes` behind the BIN chunk and says the index of the buffer view made for them.
+    /// Appends `bytes` to the BIN chunk and returns the index of their buffer view.
     /// Where the first buffer is a file of its own, a new buffer with a data URI takes them.
     pub fn embed(&mut self, bytes: Bytes) -> serde_json::Result<usize> {
         let has_bin = self.bin.is_some();
         let buffers = self.array("buffers")?;
+        // BIN is the content of the first buffer, and only where that has no address. A document
+        // without buffers gets one for it.
         let own_file = match buffers.item(0) {
             Some(first) => !has_bin || Pieces::object(first)?.get("uri").is_some(),
             None => false,
         };
         let buffer = if own_file { buffers.len() } else { 0 };
         let bin = self.bin.iter().flatten().filter(|_| !own_file);
+        // The chunk with its padding, which may be longer than the `byteLength` of the buffer.
         let length = bin.map(Bytes::len).sum();
         let embedded = self.embedded.get_or_insert(Embedded { buffer, pieces: Vec::new(), length });
         let padding = vec![0; glb::padding(embedded.length)];
@@ -121,6 +125,7 @@ impl<'s> Draft<'s> {
         }
         for (key, array) in self.arrays {
             let text = array.to_text();
+            // glTF has no empty arrays: one that is missing and got nothing is not added.
             if text != self.root.original(key).unwrap_or("[]") {
                 self.root.set(key, text);
             }
@@ -133,6 +138,7 @@ impl<'s> Draft<'s> {
     fn store(&mut self, embedded: Embedded) -> Result<(), SceneError> {
         let Embedded { buffer, pieces, length } = embedded;
         let buffers = self.array("buffers")?.len();
+        // The first buffer is there, and BIN grows behind it.
         if buffer < buffers {
             self.edit("buffers", buffer, |raw| {
                 let mut buffer = Pieces::object(raw)?;
@@ -140,6 +146,7 @@ impl<'s> Draft<'s> {
                 Ok(buffer.to_text())
             })?;
         } else if buffer > 0 {
+            // A further buffer needs an address, as BIN serves the first alone.
             let uri = data_uri(&pieces)?;
             self.append("buffers", json!({"byteLength": length, "uri": uri}).to_string())?;
             return Ok(());

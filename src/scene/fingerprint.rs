@@ -4,12 +4,13 @@
 use crate::asset::{EXTENSION, fingerprint};
 use crate::scene::walk;
 
-/// The mark before the hash is known; what stands in its place while it is computed.
+/// The mark before the hash is known, and in its place while it is computed: as long as a hash.
 pub(super) const PLACEHOLDER: &str = "0000000000000000";
 
 /// The document, which an export has put the placeholder into, with its hash in that place.
 pub(super) fn mark(text: String) -> String {
     let placeholder = member(PLACEHOLDER);
+    // Where the scene itself holds the placeholder too, no mark is set, or its text would change.
     if text.matches(&placeholder).count() != 1 {
         return text;
     }
@@ -22,14 +23,18 @@ fn member(mark: &str) -> String {
     format!(r#""document":"{mark}""#)
 }
 
-/// Returns whether a glTF document is an export of sgdbake that nobody edited since; `None` where it
-/// carries no mark. `text` must be valid JSON. Marks of earlier exports may stand in it too.
+/// Returns whether a glTF document is an export of sgdbake that nobody edited since; `None` where
+/// it carries no mark. `text` must be valid JSON. Marks of earlier exports may stand in it too.
 #[must_use]
 pub fn is_unedited(text: &str) -> Option<bool> {
     let marks = marks(text);
-    let fits =
-        |mark: &String| fingerprint(&text.replace(&member(mark), &member(PLACEHOLDER))) == *mark;
-    (!marks.is_empty()).then(|| marks.iter().any(fits))
+    (!marks.is_empty()).then(|| marks.iter().any(|mark| is_mark_of(mark, text)))
+}
+
+/// Returns whether a mark is the fingerprint of the document that it stands in.
+fn is_mark_of(mark: &str, text: &str) -> bool {
+    // A document that was spaced anew does not hold this spelling, and counts as edited.
+    fingerprint(&text.replace(&member(mark), &member(PLACEHOLDER))) == mark
 }
 
 /// The marks of all materials.

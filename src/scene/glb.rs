@@ -1,4 +1,4 @@
-//! The binary glTF container: a 12-byte header, a JSON chunk, a BIN chunk, chunks nobody knows.
+//! The binary glTF container: a 12-byte header, a JSON chunk, a BIN chunk, further chunks.
 
 use std::{
     fs::File,
@@ -13,7 +13,9 @@ use crate::scene::{Bytes, SceneError};
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
 const JSON: u32 = u32::from_le_bytes(*b"JSON");
 const BIN: u32 = u32::from_le_bytes(*b"BIN\0");
+/// Bytes of magic, version and length.
 const HEADER: u64 = 12;
+/// Bytes of a chunk's length and kind.
 const CHUNK_HEADER: u64 = 8;
 
 /// The content of a .glb. Chunk contents keep their padding.
@@ -44,12 +46,14 @@ impl Glb {
         if version != 2 {
             return Err(SceneError::Version { found: format!("the .glb is of version {version}") });
         }
+        // Another length is a file that was cut off, or to which something was appended.
         if u64::from(length) != size {
             return Err(SceneError::Glb(format!(
                 "the header claims {length} bytes, the file has {size}"
             )));
         }
         let chunks = chunks(&mut file, size)?;
+        // glTF has JSON first and BIN, if at all, second; whatever follows is not ours.
         let (json, bin, rest) = match *chunks.as_slice() {
             [
                 Chunk { kind: JSON, offset, length },
@@ -62,6 +66,7 @@ impl Glb {
         size::check(Text::Gltf, json.1)?;
         file.seek(SeekFrom::Start(json.0))?;
         let mut text = Vec::new();
+        // `chunks` has checked that the length lies within the file.
         Read::by_ref(&mut file).take(json.1).read_to_end(&mut text)?;
         let path: Arc<Path> = path.into();
         Ok(Glb {
@@ -91,6 +96,7 @@ fn chunks(file: &mut BufReader<File>, size: u64) -> Result<Vec<Chunk>, SceneErro
         }
         let [length, kind] = words(file)?;
         let (offset, length) = (at + CHUNK_HEADER, u64::from(length));
+        // At least a chunk header is left, so the difference does not underflow.
         if length > size - offset {
             return Err(SceneError::Glb(format!(
                 "the chunk at byte {at} claims {length} bytes, {} are left",
@@ -120,7 +126,7 @@ fn words<const N: usize>(file: &mut BufReader<File>) -> Result<[u32; N], SceneEr
 /// The pieces of a .glb: JSON padded with spaces, BIN with zeros, both to four bytes.
 ///
 /// # Errors
-/// [`SceneError::TooLarge`] beyond 4 GiB, which the header cannot say.
+/// [`SceneError::TooLarge`] beyond 4 GiB, for which the header has no room.
 pub(super) fn assemble(
     json: String,
     bin: Option<Vec<Bytes>>,
@@ -131,6 +137,7 @@ pub(super) fn assemble(
         pieces.extend(chunk(BIN, bin, 0)?);
     }
     pieces.extend(rest);
+    // The length in the header counts the header itself.
     let total = word(HEADER + pieces.iter().map(Bytes::len).sum::<u64>())?;
     let header = [MAGIC, 2, total].map(u32::to_le_bytes).concat();
     pieces.insert(0, header.into());
@@ -151,6 +158,7 @@ fn chunk(kind: u32, content: Vec<Bytes>, pad: u8) -> Result<Vec<Bytes>, SceneErr
 
 /// Bytes from `length` to the next multiple of four.
 pub(super) fn padding(length: u64) -> usize {
+    // 4 divides 2⁶⁴, so the wrapped −length leaves the right remainder.
     (length.wrapping_neg() % 4) as usize
 }
 

@@ -36,6 +36,7 @@ pub(super) fn extensions_of(asset: &Asset) -> impl Iterator<Item = &'static str>
     let fit = &asset.gltf;
     let specular = (fit.specular_factor, fit.specular_color) != DEFAULT_SPECULAR;
     let coat = fit.clearcoat.is_some() && fit.clearcoat_roughness.is_some();
+    // At the defaults KHR_materials_specular would say nothing.
     [Some(EXTENSION), specular.then_some(SPECULAR), coat.then_some(CLEARCOAT)].into_iter().flatten()
 }
 
@@ -73,6 +74,7 @@ pub(super) fn restore(
 ) -> serde_json::Result<String> {
     let mut material = Pieces::object(raw)?;
     let mut extensions = Pieces::object(material.get("extensions").unwrap_or("{}"))?;
+    // A key may stand more than once, and `set` changes only the last.
     extensions.remove(EXTENSION);
     extensions.set(EXTENSION, body(entry, textures, document)?);
     let extensions = extensions.to_text();
@@ -93,6 +95,7 @@ pub(super) fn embedded(
     views: &HashMap<&str, (usize, &str)>,
 ) -> serde_json::Result<String> {
     let mut material = Pieces::object(raw)?;
+    // `original` borrows from `raw`, so that the pieces can be changed from the inside out.
     let mut extensions = Pieces::object(material.original("extensions").unwrap_or("{}"))?;
     let mut body = Pieces::object(extensions.original(EXTENSION).unwrap_or("{}"))?;
     let mut textures = Pieces::array(body.original("textures").unwrap_or("[]"))?;
@@ -128,6 +131,7 @@ pub(super) fn without_extension(raw: &str) -> serde_json::Result<String> {
 pub(super) fn losses(raw: &str) -> serde_json::Result<Vec<&'static str>> {
     let material = Pieces::object(raw)?;
     let reflection = Pieces::object(material.get("pbrMetallicRoughness").unwrap_or("{}"))?;
+    // Values are JSON text, so a string has its quotes.
     let transparent = material.get("alphaMode").is_some_and(|mode| mode != "\"OPAQUE\"");
     let cut_out = transparent && reflection.get("baseColorTexture").is_some();
     let no_room = material.get("extras").is_some_and(|extras| !extras.starts_with('{'));
@@ -148,6 +152,7 @@ fn metallic_roughness(raw: Option<&str>, asset: &Asset) -> serde_json::Result<St
     };
     let [r, g, b] = fit.base_color;
     let alpha = alpha.as_deref().unwrap_or("1");
+    // `{:?}` writes the shortest digits that read back as the same number.
     reflection.set("baseColorFactor", format!("[{r:?},{g:?},{b:?},{alpha}]"));
     reflection.set("metallicFactor", json!(fit.metallic).to_string());
     reflection.set("roughnessFactor", json!(fit.roughness).to_string());
@@ -164,6 +169,7 @@ fn extensions(
 ) -> serde_json::Result<String> {
     let fit = &asset.gltf;
     let mut extensions = Pieces::object(raw.unwrap_or("{}"))?;
+    // Those that the fit sets below go as well: the old ones may hold textures.
     for name in REFLECTION {
         extensions.remove(name);
     }
@@ -179,6 +185,7 @@ fn extensions(
                 "clearcoatRoughnessFactor": fit.clearcoat_roughness,
             })
             .to_string(),
+            // The extension itself follows, with its textures.
             _ => continue,
         };
         extensions.set(name, body);

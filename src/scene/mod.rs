@@ -9,11 +9,11 @@
 //! * In the material: `pbrMetallicRoughness` takes the fit's base colour (alpha stays), metallic
 //!   and roughness, and loses its two textures; extensions that describe reflection or
 //!   transmission go (KHR_materials_ior, _sheen, _transmission, …); KHR_materials_specular,
-//!   KHR_materials_clearcoat and [`EXTENSION`](crate::asset::EXTENSION) come; `extras.sgd` is set. The name, the normal,
-//!   occlusion and emissive textures, `alphaMode`, `doubleSided`, unknown extensions and other
-//!   extras stay.
-//! * In the document: `extensionsUsed`, and in a .glb the buffer views of the lookup textures, whose
-//!   bytes follow those of the BIN chunk.
+//!   KHR_materials_clearcoat and [`EXTENSION`](crate::asset::EXTENSION) come; `extras.sgd` is set.
+//!   The name, the normal, occlusion and emissive textures, `alphaMode`, `doubleSided`, unknown
+//!   extensions and other extras stay.
+//! * In the document: `extensionsUsed`, and in a .glb the buffer views of the lookup textures,
+//!   whose bytes follow those of the BIN chunk.
 
 mod assignment;
 mod ball;
@@ -22,14 +22,17 @@ mod bytes;
 mod check;
 mod container;
 mod contents;
+mod conversion;
 mod draft;
 mod error;
 mod export;
 mod fingerprint;
 mod glb;
+mod job;
 mod material;
 mod obj;
 mod outline;
+mod output_file;
 mod prune;
 mod resource;
 mod restore;
@@ -52,8 +55,8 @@ pub use bytes::Bytes;
 pub use container::Container;
 pub use contents::{Contents, ContentsError, Kind, MaterialContent, SceneContent, SlotContent};
 pub use error::SceneError;
-pub use export::{Export, OutputFile};
 pub use fingerprint::is_unedited;
+pub use output_file::{Export, OutputFile};
 pub use slot::{Pattern, Slot, SlotId, resolve};
 pub use triangles::Triangle;
 
@@ -67,7 +70,6 @@ use outline::Outline;
 use resource::Resource;
 use size::Text;
 use text::Pieces;
-use walk::Member;
 
 /// The number of each kind of thing in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -146,6 +148,7 @@ impl Scene {
         progress: &mut dyn FnMut(u64),
     ) -> Result<Self, SceneError> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        // `Resource::locate` needs the canonical folder, and an empty path has none.
         let folder = if folder == Path::new("") { PathBuf::from(".") } else { folder };
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
         // Opening a pipe would wait for a writer.
@@ -155,6 +158,7 @@ impl Scene {
         }
         let mut start = Vec::new();
         fs::File::open(path)?.take(4).read_to_end(&mut start)?;
+        // The signature of a .glb counts before the name, which may end in .gltf or anything else.
         match &*ending {
             _ if Glb::is_glb(&start) => {
                 let Glb { json, bin, rest } = Glb::open(path)?;
@@ -187,6 +191,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let outline = Outline::read(&text)?;
         let scene = Scene { text, outline, source, bin, rest, warnings: Vec::new() };
+        // Addresses outside the folder are refused before `check` opens any of them.
         scene.resources()?;
         check::check(&scene)?;
         Ok(scene)
@@ -200,6 +205,7 @@ impl Scene {
     /// The number of each kind of thing.
     pub fn counts(&self) -> Counts {
         let outline = &self.outline;
+        // Counts are claims of the document, whose sum may exceed 64 bits.
         let triangles = self.slots().iter().fold(0u64, |n, slot| n.saturating_add(slot.triangles));
         Counts {
             meshes: outline.meshes.len(),
@@ -254,21 +260,17 @@ impl Scene {
     /// the scene's folder is passed over.
     fn extension_files(&self, replaced: &BTreeSet<usize>) -> serde_json::Result<Vec<Resource>> {
         let mut uris = BTreeSet::new();
-        let mut take = |member: &Member<'_>| {
-            if member.key == "uri" {
-                uris.extend(member.text());
-            }
-        };
         let root = Pieces::object(&self.text)?;
+        // Buffers and images are in `resources`; of materials some are replaced.
         let apart = ["buffers", "images", "materials"];
         for (_, raw) in root.members().filter(|(key, _)| !apart.contains(key)) {
-            walk::visit(raw, &mut take);
+            take_uris(raw, &mut uris);
         }
         let materials = Pieces::array(root.get("materials").unwrap_or("[]"))?;
         for (index, raw) in materials.values().enumerate() {
             match replaced.contains(&index) {
-                true => walk::visit(&material::without_extension(raw)?, &mut take),
-                false => walk::visit(raw, &mut take),
+                true => take_uris(&material::without_extension(raw)?, &mut uris),
+                false => take_uris(raw, &mut uris),
             }
         }
         let resources = uris.iter().filter_map(|uri| Resource::new(uri).ok()?);
@@ -288,4 +290,13 @@ impl Scene {
             Source::Built(folder) => folder.as_deref().unwrap_or(Path::new(".")),
         }
     }
+}
+
+/// Takes the addresses that members `uri` of a JSON value name.
+fn take_uris(raw: &str, uris: &mut BTreeSet<String>) {
+    walk::visit(raw, &mut |member| {
+        if member.key == "uri" {
+            uris.extend(member.text());
+        }
+    });
 }

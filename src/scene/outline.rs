@@ -106,6 +106,7 @@ impl Material {
 
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct MaterialExtensions {
+    // `asset::EXTENSION`; the attribute takes a literal only.
     #[serde(rename = "SGD_materials_shifted_gamma")]
     pub sgd: Option<Value>,
 }
@@ -273,19 +274,24 @@ struct Versioned {
     asset: AssetInfo,
 }
 
+/// The failure of a whole document.
+fn refused(reason: &str) -> SceneError {
+    SceneError::Invalid("the document".into(), reason.into())
+}
+
 impl Outline {
     /// Reads the arrays of a document.
     ///
     /// # Errors
     /// Text that is not JSON, and members of the wrong type.
     pub fn read(text: &str) -> Result<Self, SceneError> {
-        let refused = |reason: &str| SceneError::Invalid("the document".into(), reason.into());
         if text.starts_with('\u{feff}') {
             return Err(refused("starts with a byte order mark; save it as UTF-8 without one"));
         }
         if !text.trim_start().starts_with('{') {
             return Err(refused("is not a JSON object"));
         }
+        // The version first: the arrays of glTF 2.0 are objects in 1.0, which fails less clearly.
         let version: Versioned = serde_json::from_str(text)?;
         version.asset.check()?;
         Ok(serde_json::from_str(text)?)
@@ -297,6 +303,7 @@ impl Outline {
         let count = accessor
             .and_then(|Index(index)| self.accessors.get(usize::try_from(index).ok()?))
             .map_or(0, |accessor| accessor.count.0);
+        // Modes of glTF: 4 for triangles, the default, 5 for strips, 6 for fans.
         match primitive.mode.map_or(4, |mode| mode.0) {
             4 => count / 3,
             5 | 6 => count.saturating_sub(2),

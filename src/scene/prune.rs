@@ -49,6 +49,7 @@ impl Scene {
         if images.is_empty() && released.is_empty() {
             return Ok(self);
         }
+        // The bytes leave before the draft is made, so that the placeholder goes behind what stays.
         let holes = self.holes(&released);
         let (mut bin, mut removed) = (self.bin.clone(), 0);
         if let (Some(pieces), false) = (&mut bin, holes.is_empty()) {
@@ -66,7 +67,7 @@ impl Scene {
                 Ok(buffer.to_text())
             })?;
         }
-        // A .glb may not hold data URIs, and a .gltf has no buffer that is sure to be writable.
+        // A .glb should hold no data URIs, and a .gltf has no buffer that is sure to be writable.
         let pixel = match &draft.bin {
             Some(_) if !images.is_empty() => Some(draft.embed(PIXEL.to_vec().into())?),
             _ => None,
@@ -85,11 +86,13 @@ impl Scene {
         replaced.extend(assigned.iter().filter_map(|(slot, r)| Some((slot.index()?, *r))));
         let root = Pieces::object(&self.text)?;
         let materials = Pieces::array(root.get("materials").unwrap_or("[]"))?;
+        // Textures that replaced materials show, and those that any material shows afterwards.
         let (mut before, mut after) = (BTreeSet::new(), BTreeSet::new());
         for (index, raw) in materials.values().enumerate() {
             match replaced.get(&index) {
                 Some(asset) => {
                     before.extend(textures(raw));
+                    // The replacement keeps the normal, occlusion and emissive textures.
                     after.extend(textures(&material::replace(raw, asset, Vec::new(), None)?));
                 }
                 None => after.extend(textures(raw)),
@@ -99,9 +102,11 @@ impl Scene {
         let (mut gone, mut kept) = (BTreeSet::new(), BTreeSet::new());
         for (index, raw) in all.values().enumerate() {
             let index = index as u64;
+            // A texture that no material shows is left alone: an unknown extension may show it.
             let unused = before.contains(&index) && !after.contains(&index);
             if unused { &mut gone } else { &mut kept }.extend(sources(raw));
         }
+        // Two textures may show one image.
         let images = gone.difference(&kept).filter_map(|image| usize::try_from(*image).ok());
         Ok(images.filter(|image| *image < self.outline.images.len()).collect())
     }
@@ -123,6 +128,7 @@ impl Scene {
     fn holes(&self, released: &[u64]) -> Vec<Range<u64>> {
         let outline = &self.outline;
         let mut users: BTreeMap<u64, usize> = BTreeMap::new();
+        // Every member `bufferView` is a use, also in extensions that are not known.
         for view in numbers(&self.text, |member| member.key == "bufferView") {
             *users.entry(view).or_default() += 1;
         }
@@ -138,19 +144,23 @@ impl Scene {
                 ranges.push((gone, view.byte_offset.0, view.byte_length.0));
             }
             let compressed = view.extensions.compressed().filter(|c| c.buffer.0 == 0);
+            // Compressed geometry is read from a range of its own, which stays.
             ranges.extend(compressed.map(|c| (false, c.byte_offset.0, c.byte_length.0)));
         }
         let mut holes: Vec<Range<u64>> = ranges
             .iter()
             .filter(|(gone, ..)| *gone)
             .map(|(_, start, length)| {
+                // `check` has seen that the sum does not overflow.
                 let end = (start + length) / ALIGNMENT * ALIGNMENT;
                 start.max(&1).next_multiple_of(ALIGNMENT)..end
             })
             .filter(|hole| hole.start < hole.end)
+            // Views may overlap: a hole that holds bytes of another view is dropped.
             .filter(|hole| !ranges.iter().any(|(gone, s, n)| !gone && overlap(hole, *s, *n)))
             .collect();
         holes.sort_by_key(|hole| hole.start);
+        // Merged, so that `moved` counts each byte once. `dedup_by` passes the later hole first.
         holes.dedup_by(|next, hole| {
             let merged = next.start <= hole.end;
             if merged {
@@ -216,6 +226,7 @@ fn without(pieces: &[Bytes], holes: &[Range<u64>]) -> Vec<Bytes> {
             if from < hole.start {
                 kept.push(piece.clone().slice(from - start..hole.start - start));
             }
+            // The hole may go on in the next piece.
             from = hole.end.clamp(from, end);
         }
         if from < end {
@@ -233,6 +244,7 @@ fn overlap(a: &Range<u64>, start: u64, length: u64) -> bool {
 
 /// The place of a byte once the holes before it are gone.
 fn moved(holes: &[Range<u64>], offset: u64) -> u64 {
+    // A hole behind the offset counts nothing; one that contains it counts up to it.
     let before = holes.iter().map(|hole| hole.end.min(offset).saturating_sub(hole.start));
     offset - before.sum::<u64>()
 }
@@ -248,16 +260,19 @@ fn move_views(
         let raw = views.item(index).unwrap_or("{}").to_owned();
         let mut object = Pieces::object(&raw)?;
         let range = view.byte_offset.0..view.byte_offset.0 + view.byte_length.0;
+        // A view that does not move keeps its text, and so a missing `byteOffset`.
         if view.buffer.0 == 0 && moved(holes, range.start) != range.start {
             object.set("byteOffset", moved(holes, range.start).to_string());
         }
         if view.buffer.0 == 0
             && holes.iter().any(|hole| hole.start < range.end && range.start < hole.end)
         {
+            // Nothing reads it any more, but it must stay valid, and an empty view is not.
             object.set("byteOffset", "0");
             object.set("byteLength", "1");
         }
         if let Some(c) = view.extensions.compressed().filter(|c| c.buffer.0 == 0) {
+            // The compressed bytes have a place of their own, which moves too.
             let offset = moved(holes, c.byte_offset.0).to_string();
             let raw = object.get("extensions").unwrap_or("{}").to_owned();
             let mut extensions = Pieces::object(&raw)?;

@@ -28,6 +28,7 @@ impl Resource {
             return Ok(None);
         }
         let decoded = percent_decode(uri);
+        // Both spellings, as readers differ in whether they decode `%2e%2e/` or `c%3A`.
         match refusal(uri).or_else(|| refusal(&decoded)) {
             Some(reason) => Err(SceneError::Uri { uri: uri.to_owned(), reason }),
             None => {
@@ -42,22 +43,28 @@ impl Resource {
     /// # Errors
     /// [`SceneError::Missing`], and [`SceneError::Uri`] for a link that leaves the folder.
     pub fn locate(&self, folder: &Path) -> Result<PathBuf, SceneError> {
-        let missing = |source| SceneError::Missing { uri: self.uri.clone(), source };
-        let folder = folder.canonicalize().map_err(missing)?;
-        let file = folder.join(&self.path).canonicalize().map_err(missing)?;
+        let folder = folder.canonicalize().map_err(|source| self.missing(source))?;
+        let file = folder.join(&self.path).canonicalize().map_err(|source| self.missing(source))?;
+        // A link may lead out of the folder.
         if !file.starts_with(&folder) {
             let reason = "is a link out of the scene's folder";
             return Err(SceneError::Uri { uri: self.uri.clone(), reason });
         }
+        // Opening a pipe would wait for a writer.
         if !file.is_file() {
-            return Err(missing(io::Error::other("not a regular file")));
+            return Err(self.missing(io::Error::other("not a regular file")));
         }
         Ok(file)
+    }
+
+    fn missing(&self, source: io::Error) -> SceneError {
+        SceneError::Missing { uri: self.uri.clone(), source }
     }
 }
 
 fn refusal(uri: &str) -> Option<&'static str> {
     let scheme = uri.split_once(':').filter(|(scheme, _)| {
+        // A scheme as in RFC 3986.
         scheme.starts_with(|c: char| c.is_ascii_alphabetic())
             && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+.-".contains(c))
     });
@@ -67,6 +74,7 @@ fn refusal(uri: &str) -> Option<&'static str> {
         Some((letter, _)) if letter.len() == 1 => Some("has a drive letter"),
         Some(_) => Some("is a network address"),
         None if unified.starts_with("//") => Some("is a network address"),
+        // On Windows a path from `/` is not absolute, for want of a drive, but leaves the folder.
         None if path.is_absolute() || unified.starts_with('/') => Some("is an absolute path"),
         None if path.components().any(|part| part == Component::ParentDir) => {
             Some("leaves the scene's folder")

@@ -4,10 +4,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use serde_json::Value;
-
 use crate::asset::{Asset, EXTENSION, Extras};
-use crate::scene::{Export, Scene, SceneError, export::Job, fingerprint, material};
+use crate::scene::{Export, Scene, SceneError, fingerprint, material};
 
 impl Scene {
     /// The parameters in the extras of each material that has them, by material index.
@@ -15,15 +13,16 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Extras`] for the first that cannot be read.
     pub fn extras(&self) -> Result<Vec<(usize, Extras)>, SceneError> {
-        let materials = self.outline.materials.iter().enumerate();
-        let read = |(index, body): (usize, Value)| match Extras::read(&body) {
-            Ok(extras) => Ok((index, extras)),
-            Err(source) => {
-                let name = self.outline.materials[index].name.clone().unwrap_or_default();
-                Err(SceneError::Extras { index, name, source })
-            }
-        };
-        materials.filter_map(|(i, material)| Some((i, material.sgd_extras()?))).map(read).collect()
+        let mut found = Vec::new();
+        for (index, material) in self.outline.materials.iter().enumerate() {
+            let Some(body) = material.sgd_extras() else { continue };
+            let extras = Extras::read(&body).map_err(|source| {
+                let name = material.name.clone().unwrap_or_default();
+                SceneError::Extras { index, name, source }
+            })?;
+            found.push((index, extras));
+        }
+        Ok(found)
     }
 
     /// The files of the scene with the extension of each asset in its material, and with the
@@ -36,7 +35,7 @@ impl Scene {
         assets: &[(usize, &Asset)],
         target: &Path,
     ) -> Result<Export, SceneError> {
-        let mut job = Job::new(self, target, &assets.iter().map(|(index, _)| *index).collect())?;
+        let mut job = self.job(target, &assets.iter().map(|(index, _)| *index).collect())?;
         // One mark is enough.
         let mut mark = Some(fingerprint::PLACEHOLDER.to_owned());
         for (index, asset) in assets {
@@ -46,6 +45,7 @@ impl Scene {
                 material::restore(raw, &asset.material, textures, mark)
             })?;
         }
+        // The scene still has the extensions as they were read; only the draft is changed.
         for (index, extension) in self.measured() {
             let asset = assets.iter().find(|(restored, _)| *restored == index);
             if let Some(((_, asset), Ok(extension))) = asset.zip(Some(extension))
@@ -63,7 +63,7 @@ impl Scene {
     /// else, have.
     ///
     /// # Errors
-    /// Materials that are no valid JSON objects.
+    /// Materials that are not valid JSON objects.
     pub fn without_lookups(self, materials: &BTreeSet<usize>) -> Result<Self, SceneError> {
         self.without_content(&BTreeSet::new(), materials)
     }

@@ -43,6 +43,11 @@ pub struct Slot {
 }
 
 impl Slot {
+    /// A slot that nothing uses yet.
+    fn unused(id: SlotId, name: Option<String>) -> Self {
+        Self { id, name, meshes: Vec::new(), primitives: 0, triangles: 0, used: false }
+    }
+
     /// The name, `#index` without one, `(none)` for primitives without a material.
     pub fn label(&self) -> String {
         match (self.id, &self.name) {
@@ -65,15 +70,15 @@ impl fmt::Display for Slot {
 
 /// The slots of a document, in the order of its materials, `(none)` last.
 pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
-    let slot =
-        |id, name| Slot { id, name, meshes: Vec::new(), primitives: 0, triangles: 0, used: false };
     let materials = outline.materials.iter().enumerate();
     let mut slots: Vec<_> =
-        materials.map(|(i, material)| slot(SlotId::Material(i), material.name.clone())).collect();
-    let mut none = slot(SlotId::Unassigned, None);
+        materials.map(|(i, m)| Slot::unused(SlotId::Material(i), m.name.clone())).collect();
+    let mut none = Slot::unused(SlotId::Unassigned, None);
     for (index, mesh) in outline.meshes.iter().enumerate() {
         let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
         for primitive in &mesh.primitives {
+            // A variant uses its material, but its triangles are drawn with it only when it is
+            // chosen.
             let mappings = primitive.extensions.variants.iter().flat_map(|v| &v.mappings);
             for mapping in mappings {
                 if let Some(slot) = slots.get_mut(mapping.material.0 as usize) {
@@ -88,6 +93,7 @@ pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
             slot.used = true;
             slot.primitives += 1;
             slot.triangles = slot.triangles.saturating_add(outline.triangles(primitive));
+            // Primitives come mesh by mesh, so the last name is the only one to compare with.
             if slot.meshes.last() != Some(&name) {
                 slot.meshes.push(name.clone());
             }
@@ -97,7 +103,7 @@ pub(super) fn slots(outline: &Outline) -> Vec<Slot> {
     slots
 }
 
-/// The slots that an assignment means.
+/// A pattern that picks slots, as an assignment gives it.
 #[derive(Debug, Clone)]
 pub struct Pattern(Kind);
 
@@ -122,6 +128,7 @@ impl Pattern {
             ("(none)", _) => Kind::Unassigned,
             (_, Some(index)) => Kind::Index(index),
             _ => {
+                // Text that is not a glob, such as a lone `[`, can still be a name.
                 let glob = Glob::new(text).ok().map(|glob| glob.compile_matcher());
                 Kind::Name(text.to_owned(), glob)
             }
@@ -134,6 +141,7 @@ impl Pattern {
             (Kind::All, ..) => Some(0),
             (Kind::Unassigned, SlotId::Unassigned, _) => Some(3),
             (Kind::Index(index), SlotId::Material(i), _) if *index == i => Some(3),
+            // Before the glob, as a name may hold wildcards: `[x]` means itself first.
             (Kind::Name(name, _), _, Some(slot)) if name == slot => Some(2),
             (Kind::Name(_, Some(glob)), _, Some(slot)) if glob.is_match(slot) => Some(1),
             _ => None,
@@ -175,6 +183,7 @@ fn closest<'a, T>(assignments: &'a [(Pattern, T)], slot: &Slot) -> Option<&'a T>
     let matches = assignments
         .iter()
         .filter_map(|(pattern, value)| pattern.closeness(slot).map(|closeness| (closeness, value)));
+    // Of equal maxima `max_by_key` gives the last.
     matches.max_by_key(|(closeness, _)| *closeness).map(|(_, value)| value)
 }
 

@@ -41,10 +41,12 @@ impl<'t> Pieces<'t> {
 
     fn cut(text: &'t str, brackets: [char; 2], members: Vec<(Cow<'t, str>, &'t RawValue)>) -> Self {
         let text = text.trim();
+        // Behind the opening bracket.
         let mut end = 1;
         let items = members
             .into_iter()
             .map(|(key, raw)| {
+                // A raw value is a slice of `text`, so its address tells where it stands.
                 let start = raw.get().as_ptr() as usize - text.as_ptr() as usize;
                 let lead = Cow::Borrowed(&text[end..start]);
                 end = start + raw.get().len();
@@ -59,7 +61,7 @@ impl<'t> Pieces<'t> {
         self.items.iter().rev().find(|item| item.key == key).map(|item| &*item.value)
     }
 
-    /// The text of a member as long as it stands as it was read.
+    /// The text of a member, if it has not been changed; it outlives these pieces.
     pub fn original(&self, key: &str) -> Option<&'t str> {
         let item = self.items.iter().rev().find(|item| item.key == key)?;
         match item.value {
@@ -90,6 +92,7 @@ impl<'t> Pieces<'t> {
 
     /// Replaces the value of `key`, or adds the member at the end.
     pub fn set(&mut self, key: &str, value: impl Into<Cow<'t, str>>) {
+        // The last of several with one key counts, as in `get`.
         match self.items.iter().rposition(|item| item.key == key) {
             Some(at) => self.items[at].value = value.into(),
             None => self.add(Cow::Owned(key.to_owned()), value.into()),
@@ -106,7 +109,7 @@ impl<'t> Pieces<'t> {
         self.items[index].value = value.into();
     }
 
-    /// Takes every member named `key` out; whether there was one.
+    /// Removes every member named `key`; returns whether there was one.
     pub fn remove(&mut self, key: &str) -> bool {
         let before = self.items.len();
         self.retain(|_, item| item != key);
@@ -120,6 +123,7 @@ impl<'t> Pieces<'t> {
             index += 1;
             keep(index - 1, &item.key)
         });
+        // What comes first has no comma. A key may hold one, so only white space may stand before.
         if let Some(first) = self.items.first_mut()
             && let Some((before, after)) = first.lead.split_once(',')
             && before.trim().is_empty()
@@ -148,6 +152,7 @@ impl<'t> Pieces<'t> {
         let comma = if self.items.is_empty() { "" } else { "," };
         let lead = match self.brackets[0] {
             '{' => {
+                // The lead of a member ends behind its colon.
                 let space = if neighbour.ends_with(' ') { " " } else { "" };
                 format!("{comma}{gap}{}:{space}", quote(&key))
             }

@@ -1,5 +1,7 @@
 //! The triangles of a scene, for a program that looks at it instead of passing it on.
 
+use std::fmt;
+
 use base64::{Engine as _, prelude::BASE64_STANDARD};
 use glam::{DMat4, DVec3, Mat4, Vec3};
 use gltf::mesh::Mode;
@@ -23,14 +25,15 @@ impl Scene {
     /// A document that is not valid glTF or requires an extension that is not read (compressed
     /// geometry), and buffers that cannot be read.
     pub fn triangles(&self) -> Result<Vec<Triangle>, SceneError> {
-        let invalid =
-            |error: gltf::Error| SceneError::Invalid("document".into(), error.to_string());
-        let document = gltf::Gltf::from_slice(self.text.as_bytes()).map_err(invalid)?.document;
+        let document = gltf::Gltf::from_slice(self.text.as_bytes())
+            .map_err(|error| SceneError::Invalid("document".into(), error.to_string()))?
+            .document;
         let buffers = document.buffers().map(|b| self.buffer(&b)).collect::<Result<Vec<_>, _>>()?;
         let mut triangles = Vec::new();
         let scene = document.default_scene().or_else(|| document.scenes().next());
         let roots = scene.iter().flat_map(gltf::Scene::nodes);
         let mut nodes: Vec<(gltf::Node<'_>, DMat4)> = roots.map(|n| (n, DMat4::IDENTITY)).collect();
+        // A stack in place of recursion, as nodes may nest deeply; `check` has refused cycles.
         while let Some((node, parent)) = nodes.pop() {
             let place = parent * Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
             for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
@@ -42,11 +45,9 @@ impl Scene {
     }
 
     fn buffer(&self, buffer: &gltf::Buffer<'_>) -> Result<Vec<u8>, SceneError> {
-        let place = format!("buffers/{}", buffer.index());
-        let absent = |what: &str| SceneError::Invalid(place.clone(), what.to_owned());
         let uri = match buffer.source() {
             gltf::buffer::Source::Bin => {
-                let pieces = self.bin.as_ref().ok_or_else(|| absent("no BIN chunk"))?;
+                let pieces = self.bin.as_ref().ok_or_else(|| invalid(buffer, "no BIN chunk"))?;
                 let mut bytes = Vec::new();
                 pieces.iter().try_for_each(|piece| piece.write_to(&mut bytes))?;
                 return Ok(bytes);
@@ -56,11 +57,17 @@ impl Scene {
         match Resource::new(uri)? {
             Some(resource) => Ok(std::fs::read(resource.locate(self.folder())?)?),
             None => {
-                let data = uri.split_once(";base64,").ok_or_else(|| absent("no base64 data"))?.1;
-                BASE64_STANDARD.decode(data).map_err(|error| absent(&error.to_string()))
+                let data = uri.split_once(";base64,");
+                let (_, data) = data.ok_or_else(|| invalid(buffer, "no base64 data"))?;
+                BASE64_STANDARD.decode(data).map_err(|error| invalid(buffer, error))
             }
         }
     }
+}
+
+/// The error of a buffer that cannot be read.
+fn invalid(buffer: &gltf::Buffer<'_>, what: impl fmt::Display) -> SceneError {
+    SceneError::Invalid(format!("buffers/{}", buffer.index()), what.to_string())
 }
 
 fn append(
@@ -73,6 +80,8 @@ fn append(
     let Some(positions) = reader.read_positions() else { return };
     let positions: Vec<DVec3> =
         positions.map(|p| place.transform_point3(Vec3::from(p).as_dvec3())).collect();
+    // The inverse transpose keeps normals perpendicular under uneven scaling. A transform without
+    // an inverse gives NaN, which becomes +z below.
     let to_normal = place.inverse().transpose();
     let normals: Option<Vec<DVec3>> = reader.read_normals().map(|normals| {
         let turned = normals.map(|n| to_normal.transform_vector3(Vec3::from(n).as_dvec3()));
@@ -100,6 +109,7 @@ fn index_triples(mode: Mode, indices: &[usize]) -> Vec<[usize; 3]> {
         Mode::TriangleStrip => indices
             .windows(3)
             .enumerate()
+            // Every other triangle of a strip runs the other way round.
             .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] })
             .collect(),
         Mode::TriangleFan => {

@@ -29,6 +29,7 @@ impl Member<'_> {
 
 /// Calls `found` with every scalar member of `text`, which must be valid JSON.
 pub(super) fn visit(text: &str, found: &mut impl FnMut(&Member<'_>)) {
+    // Keys of the open objects and arrays; an element of an array has none.
     let mut open: Vec<Option<Cow<'_, str>>> = Vec::new();
     let mut key = None;
     let mut rest = text;
@@ -46,6 +47,7 @@ pub(super) fn visit(text: &str, found: &mut impl FnMut(&Member<'_>)) {
             _ => {
                 let (token, after) = rest.split_at(token_length(rest));
                 rest = after;
+                // A string before a colon is a key, any other token a value.
                 if after.trim_start().starts_with(':') {
                     key = Some(string(token));
                 } else if let Some(key) = key.take() {
@@ -70,10 +72,12 @@ fn token_length(text: &str) -> usize {
         escaped = byte == b'\\' && !escaped;
         closes
     });
+    // `before` counts from behind the opening quote: both quotes are added.
     closing.map_or(text.len(), |before| before + 2)
 }
 
 fn string(token: &str) -> Cow<'_, str> {
+    // A key with half a surrogate pair cannot be decoded and stays as it is spelled.
     serde_json::from_str(token).map_or(Cow::Borrowed(token), Cow::Owned)
 }
 

@@ -50,3 +50,18 @@ def test_terms_stay_within_what_cycles_takes(name):
         assert sum(np.multiply(term.tint, term.f90)) >= 0.0
     assert sum(np.multiply(quintic.tint, quintic.f0)) >= 0.0
     assert (sum(np.multiply(linear.tint, linear.f0)) < 0.0) == (name in BELOW)
+
+
+def refitted():
+    with open(ROOT / "src/material/merl100-refit.csv", newline="") as file:
+        return [(float(row[f"f0_{c}"]), float(row[f"f1_{c}"])) for row in csv.DictReader(file) for c in "rgb"]
+
+
+@pytest.mark.parametrize("edition", ["published", "refit"])
+def test_a_curve_leaves_its_range_where_a_fine_scan_does(edition):
+    curves = refitted() if edition == "refit" else [curve for curves in CATALOGUE.values() for curve in curves]
+    cos = np.linspace(0, 1, 20001)
+    values = {curve: published(*curve, cos) for curve in curves}
+    scanned = {curve for curve, f in values.items() if f.min() < -fresnel.ROUNDING or f.max() > 1 + fresnel.ROUNDING}
+    assert {curve for curve in curves if fresnel.leaves_range(*curve)} == scanned
+    assert len(scanned) == 0 if edition == "refit" else 5 < len(scanned) < len(curves) / 4

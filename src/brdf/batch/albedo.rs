@@ -5,9 +5,9 @@ use std::sync::LazyLock;
 
 use crate::brdf::Lobe;
 use crate::brdf::albedo::{FresnelMoments, View, azimuths};
-use crate::brdf::batch::InstructionSet;
-use crate::brdf::batch::dispatch;
-use crate::math::arithmetic::{Arithmetic, exp_m1, exp2, max, min};
+use crate::math::arithmetic::{Arithmetic, Fused, exp_m1, exp2, max, min, sum_in_pairs};
+use crate::math::direction::cot_of_cos;
+use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::math::quadrature::gauss_legendre;
 use crate::microfacet::{G1Polynomial, Sgd, grazing_limit};
 
@@ -27,8 +27,8 @@ const ORDER: usize = 12;
 
 type Azimuth = [f32; AZIMUTH_NODES];
 
-/// The moments of one lobe by the rule of [`FresnelMoments`] with fewer nodes: at most [`NODES`] half
-/// vectors. Within 4e-5 of the moments, which are at most 1, for the published materials.
+/// The moments of one lobe by the rule of [`FresnelMoments`] with fewer nodes: at most [`NODES`]
+/// half vectors. Within 4e-5 of the moments, which are at most 1, for the published materials.
 ///
 /// The bits are those of every instruction set: all fuse their products and sums, in software where
 /// the machine cannot.
@@ -81,6 +81,7 @@ impl AlbedoBatch {
         let [whole, none] = view.radial_ends(self.alpha, LARGEST_DECAY);
         let Rule { lit, cut, .. } = &*RULE;
         let lit = self.part::<A, false, _>(lit, &view, 0.0, whole);
+        // At normal incidence, or where D has decayed before the horizon, no ring is cut.
         let none_cut = [0.0; 3];
         let cut =
             if whole < none { self.part::<A, true, _>(cut, &view, whole, none) } else { none_cut };
@@ -102,36 +103,17 @@ impl AlbedoBatch {
         let rings = Rings::new::<A, CUT>(self, radial, view, low as f32, (high - low) as f32);
         let mut sums = [[0.0; AZIMUTH_NODES]; 3];
         for k in 0..N {
-            let visible = |cos_i: f32, cos2_psi: f32| {
-                if !CUT {
-                    return self.g1.eval::<A>(cos_i);
-                }
-                let above = rings.lit[k] * cos2_psi;
-                let (g1, share) =
-                    self.g1.eval_beside::<A>(cos_i, above, (1.0 - rings.lit[k]) + above);
-                g1 * share.sqrt()
-            };
-            if rings.base[k] < self.g1.end {
-                rings.add::<A>(k, view.cos as f32, visible, &mut sums);
-            } else {
-                rings.add::<A>(k, view.cos as f32, |_, _| 1.0, &mut sums);
+            let cos_o = view.cos as f32;
+            // The lowest wi of the ring is where nothing masks any more, so all of it is.
+            if rings.base[k] >= self.g1.end {
+                rings.add::<A>(k, cos_o, |_, _| 1.0, &mut sums);
+                continue;
             }
+            let lit = rings.lit[k];
+            rings.add::<A>(k, cos_o, |cos, psi| self.g1.lit::<A, CUT>(cos, psi, lit), &mut sums);
         }
-        sums.map(total)
+        sums.map(sum_in_pairs)
     }
-}
-
-/// The sum in pairs.
-#[inline(always)]
-fn total(mut lanes: Azimuth) -> f32 {
-    let mut half = AZIMUTH_NODES / 2;
-    while half > 0 {
-        for k in 0..half {
-            lanes[k] += lanes[k + half];
-        }
-        half /= 2;
-    }
-    lanes[0]
 }
 
 /// Places and weights of rings over [0, 1].
@@ -191,16 +173,20 @@ impl<const N: usize> Rings<N> {
             let v = A::mul_add(span, radial.x[k], low);
             // x/α² = eᵛ − 1, relatively exact at both ends.
             let ratio = exp2::<A>(LOG2_E * v) * -exp_m1::<A>(-v);
+            // P22 dx in one exponential: (1 + x/α²)^−p is e^{−pv}, and dx = α² eᵛ dv.
             let decay = A::mul_add(1.0 - lobe.p, v, -(alpha * ratio));
             let x = alpha * alpha * ratio;
             let length2 = 1.0 + x;
             let inv_length2 = 1.0 / length2;
+            // cosθi (1 + a²) of the ring lies between `lowest` and `lowest` + 2 `radius`.
             let radius = 2.0 * x.sqrt() * sin_o;
             let lowest = A::mul_add(cos_o, 1.0 - x, -radius);
             let highest = max(lowest + 2.0 * radius, 0.0);
             rings.base[k] = if CUT { 0.0 } else { max(lowest, 0.0) * inv_length2 };
             rings.swing[k] = (if CUT { highest } else { 2.0 * radius }) * inv_length2;
+            // At normal incidence 0/0, which `min` turns into 1.
             rings.lit[k] = if CUT { min(highest / (2.0 * radius), 1.0) } else { 1.0 };
+            // ½ √(1 + a²) of cosθd and √(1 + a²) of dωh are here; `add` has the sum of cosines.
             rings.weight[k] =
                 span * radial.weights[k] * exp2::<A>(LOG2_E * decay) * (0.5 * length2);
             rings.half_length[k] = 0.5 * length2.sqrt();
@@ -234,8 +220,8 @@ impl<const N: usize> Rings<N> {
 
 /// G1 of a lobe in f32: [`G1Polynomial`] up to where masking ends, 1 beyond.
 ///
-/// With s five times lim cosθ/G1 at grazing, a Beckmann lobe's G1 has most of its rise in the middle
-/// of u's range; twelve coefficients leave an absolute 1e-5 for every published lobe.
+/// With s five times lim cosθ/G1 at grazing, a Beckmann lobe's G1 has most of its rise in the
+/// middle of u's range; twelve coefficients leave an absolute 1e-5 for every published lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SingleG1 {
     /// s.
@@ -250,12 +236,13 @@ struct SingleG1 {
 
 impl SingleG1 {
     fn new(lobe: &Lobe<Sgd>) -> Self {
+        /// 1 to the rounding of f32.
         const UNMASKED: f64 = 1.0 - 1e-7;
         const STEP: f64 = 0.95;
-        let g1 = |cos: f64| lobe.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt());
         let scale = 5.0 * grazing_limit(|cot| lobe.g1(cot));
+        // The shorter the range, the more of the nodes lie where G1 rises.
         let mut end = 1.0;
-        while end > 0.2 * scale && g1(STEP * end) > UNMASKED {
+        while end > 0.2 * scale && lobe.g1(cot_of_cos(STEP * end)) > UNMASKED {
             end *= STEP;
         }
         let polynomial = G1Polynomial::new::<ORDER>(|cot| lobe.g1(cot), scale, end, 0.0);
@@ -271,6 +258,19 @@ impl SingleG1 {
     fn eval<A: Arithmetic>(&self, cos: f32) -> f32 {
         let c = min(cos, self.end);
         self.at_u::<A>(c / (c + self.scale))
+    }
+
+    /// G1, times the visible share √(above/(1 − lit + above)), above = lit·cos²ψ, of a ring that
+    /// the horizon cuts.
+    #[inline(always)]
+    fn lit<A: Arithmetic, const CUT: bool>(&self, cos: f32, cos2_psi: f32, lit: f32) -> f32 {
+        if !CUT {
+            return self.eval::<A>(cos);
+        }
+        let above = lit * cos2_psi;
+        // The lit share of dφ, as in `View::ring`.
+        let (g1, share) = self.eval_beside::<A>(cos, above, (1.0 - lit) + above);
+        g1 * share.sqrt()
     }
 
     /// G1, and a/b by the same division.
@@ -291,6 +291,14 @@ impl SingleG1 {
         }
         u * sum
     }
+}
+
+/// The moments once per instruction set, each with the same bits.
+mod dispatch {
+    use super::*;
+
+    per_instruction_set!(moments<A: Fused, baseline Fused>
+        (lobe: &AlbedoBatch, cos_theta_o: f64) -> FresnelMoments { lobe.at::<A>(cos_theta_o) });
 }
 
 #[cfg(test)]
@@ -331,9 +339,11 @@ mod tests {
     fn every_instruction_set_gives_the_same_bits() {
         for lobe in lobes(30) {
             let batch = AlbedoBatch::new(&lobe);
-            let on = |set| batch.clone().with_instruction_set(set).moments(&VIEWS);
-            let baseline = on(InstructionSet::Baseline);
-            assert!(InstructionSet::available().all(|set| on(set) == baseline));
+            let baseline =
+                batch.clone().with_instruction_set(InstructionSet::Baseline).moments(&VIEWS);
+            for set in InstructionSet::available() {
+                assert!(batch.clone().with_instruction_set(set).moments(&VIEWS) == baseline);
+            }
         }
     }
 

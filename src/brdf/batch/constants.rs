@@ -90,8 +90,11 @@ impl LobeConstants {
     /// D at x = tan²θ: peak · 2^(−x log₂e/α − p log₂(1 + x/α²)) · (1+x)².
     #[inline(always)]
     pub fn ndf<A: Arithmetic>(&self, NormalAt { x, spread }: NormalAt) -> f32 {
+        // One exponential for e^{−x/α} and (1 + x/α²)^{−p}. It is 0 below 2^−125, so that far from
+        // its peak D is 0 however large (1+x)² is.
         let power = self.p * log2::<A>(A::mul_add(x, self.inv_alpha2, 1.0));
         let density = self.peak * exp2::<A>(A::mul_add(-x, self.decay, -power));
+        // An infinite D would be a NaN beside a factor of 0.
         min(density * spread, f32::MAX)
     }
 
@@ -105,16 +108,24 @@ impl LobeConstants {
 impl ColourConstants {
     fn new(lobe: &LobeParams, c: usize) -> Self {
         let (specular, f0, f1) = (lobe.rho_s()[c] * FRAC_1_PI, lobe.f0()[c], lobe.f1()[c]);
-        let fresnel = |scale: f64| FresnelConstants {
-            normal: single(scale * (f0 - f1)),
-            schlick: single(scale * (1.0 - f0)),
-            f1: single(scale * f1),
-        };
-        Self { fresnel: fresnel(1.0), specular: (specular != 0.0).then(|| fresnel(specular)) }
+        Self {
+            fresnel: FresnelConstants::new(1.0, f0, f1),
+            // Of a published lobe only one channel is coloured; the loop skips the others.
+            specular: (specular != 0.0).then(|| FresnelConstants::new(specular, f0, f1)),
+        }
     }
 }
 
 impl FresnelConstants {
+    /// F times `scale`.
+    fn new(scale: f64, f0: f64, f1: f64) -> Self {
+        Self {
+            normal: single(scale * (f0 - f1)),
+            schlick: single(scale * (1.0 - f0)),
+            f1: single(scale * f1),
+        }
+    }
+
     /// F at ε = 1 − cosθd, as (f0 − f1) + (1 − f0) ε⁵ + f1 ε: no cancellation towards ε = 0.
     #[inline(always)]
     pub fn at<A: Arithmetic>(&self, FresnelAt { e, e5 }: FresnelAt) -> f32 {
@@ -132,6 +143,7 @@ pub struct NormalAt {
 impl NormalAt {
     #[inline(always)]
     pub fn new(tan2_theta: f32) -> Self {
+        // `min` takes a NaN to the bound, too: the zeros that pad a block have 0/0 here.
         let x = min(tan2_theta, LARGEST_TAN2);
         Self { x, spread: (1.0 + x) * (1.0 + x) }
     }
@@ -147,6 +159,7 @@ pub struct FresnelAt {
 impl FresnelAt {
     #[inline(always)]
     pub fn new(cos_d: f32) -> Self {
+        // Rounding may leave cosθd above 1.
         let e = max(1.0 - cos_d, 0.0);
         let e2 = e * e;
         Self { e, e5: e * (e2 * e2) }

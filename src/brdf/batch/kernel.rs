@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use crate::brdf::batch::block::{BLOCK, PerPair};
 use crate::brdf::batch::constants::{
     Constants, FresnelAt, FresnelConstants, LobeConstants, NormalAt,
 };
@@ -11,13 +12,6 @@ use crate::brdf::batch::{Pairs, RgbMut};
 use crate::brdf::{LobeCurves, LobeTerms, Terms};
 use crate::material::MAX_LOBES;
 use crate::math::arithmetic::{Arithmetic, max, min};
-
-/// Pairs that go through the formula together; every block is full, the last one padded, so a
-/// pair's result does not depend on its place in a slice.
-pub const BLOCK: usize = 128;
-
-/// A value for each pair of a block.
-pub type Lanes = [f32; BLOCK];
 
 /// The quantities of one pair that all lobes share.
 #[derive(Clone, Copy, Debug)]
@@ -62,12 +56,12 @@ fn saturated(sum: f32) -> f32 {
 /// [`Shared`] for a block of pairs, array by array.
 pub(super) struct SharedBlock {
     visible: [u32; BLOCK],
-    x: Lanes,
-    spread: Lanes,
-    e: Lanes,
-    e5: Lanes,
-    pub(super) masking_i: [Lanes; 2],
-    pub(super) masking_o: [Lanes; 2],
+    x: PerPair,
+    spread: PerPair,
+    e: PerPair,
+    e5: PerPair,
+    pub(super) masking_i: [PerPair; 2],
+    pub(super) masking_o: [PerPair; 2],
 }
 
 impl SharedBlock {
@@ -88,8 +82,8 @@ impl SharedBlock {
     #[inline(always)]
     pub(super) fn fill<A: Arithmetic, M: BatchMasking>(
         &mut self,
-        wi: [&Lanes; 3],
-        wo: [&Lanes; 3],
+        wi: [&PerPair; 3],
+        wo: [&PerPair; 3],
     ) {
         for i in 0..BLOCK {
             let shared =
@@ -111,9 +105,17 @@ impl SharedBlock {
 
     /// The values of the first pairs, 0 where a direction is not above the horizon.
     #[inline(always)]
-    pub(super) fn seen(&self, values: &Lanes, out: &mut [f32]) {
+    pub(super) fn seen(&self, values: &PerPair, out: &mut [f32]) {
         for ((out, value), visible) in out.iter_mut().zip(values).zip(&self.visible) {
             *out = if *visible != 0 { saturated(*value) } else { 0.0 };
+        }
+    }
+
+    /// 0 where a direction is not above the horizon; saturated elsewhere.
+    #[inline(always)]
+    pub(super) fn clear_hidden(&self, values: &mut PerPair) {
+        for (value, visible) in values.iter_mut().zip(&self.visible) {
+            *value = if *visible != 0 { saturated(*value) } else { 0.0 };
         }
     }
 
@@ -126,11 +128,11 @@ impl SharedBlock {
 impl Constants {
     /// f of a block of pairs; `shapes` are D (G1(wi)/cosθi) (G1(wo)/cosθo) of the lobes.
     #[inline(always)]
-    fn colour<A: Arithmetic>(
+    pub(super) fn colour<A: Arithmetic>(
         &self,
         shared: &SharedBlock,
-        shapes: &[Lanes; MAX_LOBES],
-        values: &mut [Lanes; 3],
+        shapes: &[PerPair; MAX_LOBES],
+        values: &mut [PerPair; 3],
     ) {
         match self.full.as_deref() {
             Some([one]) => coloured::<A, 1>(self.diffuse, &[*one], shared, shapes, values),
@@ -151,8 +153,8 @@ impl Constants {
 fn add<A: Arithmetic>(
     lobe: &LobeConstants,
     shared: &SharedBlock,
-    shape: &Lanes,
-    values: &mut [Lanes; 3],
+    shape: &PerPair,
+    values: &mut [PerPair; 3],
 ) {
     for (colour, values) in lobe.colours.iter().zip(values) {
         let Some(specular) = colour.specular else { continue };
@@ -169,8 +171,8 @@ fn coloured<A: Arithmetic, const N: usize>(
     diffuse: [f32; 3],
     lobes: &[[FresnelConstants; 3]; N],
     shared: &SharedBlock,
-    shapes: &[Lanes; MAX_LOBES],
-    [r, g, b]: &mut [Lanes; 3],
+    shapes: &[PerPair; MAX_LOBES],
+    [r, g, b]: &mut [PerPair; 3],
 ) {
     for i in 0..BLOCK {
         let fresnel = shared.fresnel(i);
@@ -222,7 +224,7 @@ pub fn eval<A: Arithmetic, M: BatchMasking>(
 
 /// The block at the start of `rest`, or `padded` where the rest is shorter.
 #[inline(always)]
-fn full<'a>(rest: &'a [f32], padded: &'a Lanes) -> &'a Lanes {
+fn full<'a>(rest: &'a [f32], padded: &'a PerPair) -> &'a PerPair {
     rest.first_chunk().unwrap_or(padded)
 }
 
@@ -232,7 +234,7 @@ fn fill_shape<A: Arithmetic, M: BatchMasking>(
     lobe: &LobeConstants,
     masking: &M,
     shared: &SharedBlock,
-    shape: &mut Lanes,
+    shape: &mut PerPair,
 ) {
     masking.visibilities::<A>(&shared.masking_i, &shared.masking_o, shape);
     for (i, shape) in shape.iter_mut().enumerate() {

@@ -1,7 +1,8 @@
 //! Masking in f32: the published fit in closed form, the exact one as a polynomial or a table.
 
-use crate::brdf::batch::kernel::{BLOCK, Lanes};
+use crate::brdf::batch::block::{BLOCK, PerPair};
 use crate::math::arithmetic::{Arithmetic, Separate, atan2, exp_m1, ln_1p, max, min};
+use crate::math::direction::cot_of_cos;
 use crate::microfacet::{
     Distribution as _, FittedMasking, G1Polynomial, Sgd, SingleG1Table, grazing_limit,
 };
@@ -21,9 +22,9 @@ pub trait BatchMasking {
     #[inline(always)]
     fn visibilities<A: Arithmetic>(
         &self,
-        [place_i, rest_i]: &[Lanes; 2],
-        [place_o, rest_o]: &[Lanes; 2],
-        visibilities: &mut Lanes,
+        [place_i, rest_i]: &[PerPair; 2],
+        [place_o, rest_o]: &[PerPair; 2],
+        visibilities: &mut PerPair,
     ) {
         for i in 0..BLOCK {
             visibilities[i] =
@@ -59,6 +60,7 @@ impl FittedG1 {
     pub fn new(masking: &FittedMasking) -> Self {
         let amplitude = masking.params().lambda.min(Self::LARGEST_AMPLITUDE);
         Self {
+            // A file may hold any positive f64; the caps keep all of them finite in f32.
             scale: (1.0 + amplitude) as f32,
             log_ratio: amplitude.recip().ln_1p().min(1e30) as f32,
             k: masking.params().k.min(1e30) as f32,
@@ -71,6 +73,7 @@ impl BatchMasking for FittedG1 {
     /// The elevation and 1/cosθ.
     #[inline(always)]
     fn place<A: Arithmetic>(w: [f32; 3]) -> Place {
+        // The arc sine of z would lose half of its digits near the normal.
         [atan2::<A>(w[2], sin_theta::<A>(w)), 1.0 / w[2]]
     }
 
@@ -78,6 +81,7 @@ impl BatchMasking for FittedG1 {
     fn g1<A: Arithmetic>(&self, [elevation, _]: Place) -> f32 {
         const BELOW_ONE: f32 = 1.0 - f32::EPSILON;
         let u = elevation * self.inv_onset;
+        // Computed above the onset too, so u is capped: a branch would stop the vectorisation.
         let risen = -exp_m1::<A>(self.k * ln_1p::<A>(-min(u, BELOW_ONE)));
         let g1 = min(-self.scale * exp_m1::<A>(-self.log_ratio * risen), 1.0);
         if u >= 1.0 { 1.0 } else { g1 }
@@ -136,6 +140,7 @@ impl SingleG1Polynomial {
         const SCALES: [f64; 11] = [2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 11.0, 16.0, 24.0, 40.0, 80.0];
         /// Smaller scales would underflow in a product of two.
         const SMALLEST: f64 = 1e-15;
+        // All factors are tried, as it depends on the shape which gives the shortest polynomial.
         let limit = grazing_limit(|cot| exact.g1(cot));
         let tried = SCALES.map(|factor| Self::of_scale(exact, factor * limit)).into_iter();
         let accurate =
@@ -159,15 +164,17 @@ impl SingleG1Polynomial {
     fn error(&self, exact: &Sgd) -> f64 {
         const STEPS: u32 = 256;
         let scale = f64::from(self.scale);
+        // u is 1/(1 + s) along the normal.
         let steps = (1..STEPS).map(|k| f64::from(k) / f64::from(STEPS) / (1.0 + scale));
         let inside = steps.map(|u| scale * u / (1.0 - u));
-        let error = |cos: f64| {
-            let single = cos as f32;
-            let cos = f64::from(single);
-            let expected = exact.g1(cos / ((1.0 - cos) * (1.0 + cos)).sqrt());
-            (f64::from(self.unclamped_g1::<Separate>(single)) / expected - 1.0).abs()
-        };
-        inside.chain([1e-6 * scale, 1e-3 * scale]).map(error).fold(0.0, f64::max)
+        let places = inside.chain([1e-6 * scale, 1e-3 * scale]).map(|cos| cos as f32);
+        places.map(|cos| self.error_at(exact, cos)).fold(0.0, f64::max)
+    }
+
+    /// The relative error of G1 at cosθ.
+    fn error_at(&self, exact: &Sgd, cos: f32) -> f64 {
+        let expected = exact.g1(cot_of_cos(f64::from(cos)));
+        (f64::from(self.unclamped_g1::<Separate>(cos)) / expected - 1.0).abs()
     }
 
     /// P(u) by its first `N` coefficients, an even number.
@@ -193,6 +200,7 @@ impl SingleG1Polynomial {
     #[inline(always)]
     fn visibility_of<A: Arithmetic, const N: usize>(&self, cos_i: f32, cos_o: f32) -> f32 {
         let (length_i, length_o) = (cos_i + self.scale, cos_o + self.scale);
+        // One division, the slowest operation, for both sides: u_i = cosθi · length_o · inverse.
         let inverse = 1.0 / (length_i * length_o);
         let ratio_i = self.ratio::<A, N>(cos_i * length_o * inverse);
         let ratio_o = self.ratio::<A, N>(cos_o * length_i * inverse);
@@ -202,9 +210,9 @@ impl SingleG1Polynomial {
     #[inline(always)]
     fn visibilities_of<A: Arithmetic, const N: usize>(
         &self,
-        cos_i: &Lanes,
-        cos_o: &Lanes,
-        visibilities: &mut Lanes,
+        cos_i: &PerPair,
+        cos_o: &PerPair,
+        visibilities: &mut PerPair,
     ) {
         for i in 0..BLOCK {
             visibilities[i] = self.visibility_of::<A, N>(cos_i[i], cos_o[i]);
@@ -233,11 +241,12 @@ impl BatchMasking for SingleG1Polynomial {
     #[inline(always)]
     fn visibilities<A: Arithmetic>(
         &self,
-        [cos_i, _]: &[Lanes; 2],
-        [cos_o, _]: &[Lanes; 2],
-        visibilities: &mut Lanes,
+        [cos_i, _]: &[PerPair; 2],
+        [cos_o, _]: &[PerPair; 2],
+        visibilities: &mut PerPair,
     ) {
         match self.order {
+            // A length that the compiler knows unrolls the loop.
             0..=14 => self.visibilities_of::<A, 14>(cos_i, cos_o, visibilities),
             15..=18 => self.visibilities_of::<A, 18>(cos_i, cos_o, visibilities),
             _ => self.visibilities_of::<A, ORDER>(cos_i, cos_o, visibilities),
@@ -262,6 +271,7 @@ impl BatchMaskings {
     pub fn exact(distributions: &[Sgd]) -> Self {
         let polynomials =
             distributions.iter().map(|sgd| SingleG1Polynomial::new(&sgd.clone().tabulated()));
+        // One lobe without a polynomial puts all in tables: a kernel has one form of masking.
         match polynomials.collect() {
             Some(polynomials) => Self::Exact(polynomials),
             None => Self::Tabulated(distributions.iter().map(SingleG1Table::new).collect()),

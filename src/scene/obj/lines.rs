@@ -1,4 +1,4 @@
-//! The lines of an OBJ, put into the form that the parser behind reads without loss: names become
+//! The lines of an OBJ, put into the form that tobj reads without loss: names become
 //! numbers, groups are split where shading or attributes change, lines it would refuse or misread
 //! (continuations, tabs, partial colours, curves) are joined, completed or left out.
 
@@ -18,7 +18,7 @@ pub(super) struct Group {
 /// The smoothing statement of a file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub(super) enum Shading {
-    /// Nothing: smooth.
+    /// No statement: smooth.
     #[default]
     Unstated,
     /// `s off`.
@@ -63,12 +63,13 @@ pub(super) struct Lines<'p, R> {
     ignored: usize,
 }
 
+/// Bytes between two reports of progress.
 const PROGRESS_STEP: u64 = 1 << 20;
 
 /// Bytes that a line may have with its continuations: a polygon of half a million corners.
 const MAX_LINE: usize = 1 << 24;
 
-/// Lines are rewritten ahead until there are so many bytes.
+/// Bytes of rewritten lines after which a batch ends.
 const BATCH: usize = 1 << 15;
 
 impl<'p, R: BufRead> Lines<'p, R> {
@@ -95,7 +96,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
         }
     }
 
-    /// Reads one line, continuations joined; whether there was one.
+    /// Reads one line with its continuations; returns whether there was one.
     fn next_line(&mut self) -> io::Result<bool> {
         self.raw.clear();
         loop {
@@ -118,6 +119,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
             while self.raw.last().is_some_and(u8::is_ascii_whitespace) {
                 self.raw.pop();
             }
+            // A comment ends with its line, even behind a backslash, as in a Windows path.
             if self.raw.last() != Some(&b'\\') || self.raw.trim_ascii_start().starts_with(b"#") {
                 return Ok(true);
             }
@@ -128,6 +130,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
 
     /// Puts what the line becomes into `out`, nothing for a line that is left out.
     fn rewrite(&mut self) -> Result<(), String> {
+        // Taken so that the methods can borrow `self`, and put back to keep its memory.
         let raw = std::mem::take(&mut self.raw);
         let line = raw.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&raw).trim_ascii_start();
         let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
@@ -150,6 +153,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
             b"o" | b"g" => self.current.name = rest.to_owned(),
             b"s" => {
                 self.current.shading = match rest.parse() {
+                    // `s off` and `s 0`.
                     Ok(0) | Err(_) => Shading::Flat,
                     Ok(group) => Shading::Smooth(group),
                 }
@@ -167,6 +171,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
         let index = *self.material_index.entry(name.to_owned()).or_insert(next);
         if index == next {
             self.materials.push(name.to_owned());
+            // tobj numbers materials in the order in which it loads them.
             self.emit(&["mtllib ", &index.to_string(), "\n"]);
         }
         self.emit(&["usemtl ", &index.to_string(), "\n"]);
@@ -178,12 +183,14 @@ impl<'p, R: BufRead> Lines<'p, R> {
         let words = words(rest).count();
         let colored = *self.colored.get_or_insert(words >= 6);
         self.out.extend_from_slice(b"v ");
+        // tobj takes 3, 4 or 6 numbers, and colours of all positions or of none.
         match (colored, words) {
             (false, 0..=4) | (true, 6) => self.out.extend_from_slice(rest),
             (false, _) => self.emit_words(rest, 3),
             (true, 7..) => self.emit_words(rest, 6),
             (true, _) => {
                 self.emit_words(rest, 3);
+                // White leaves the base colour as it is.
                 self.emit(&[" 1 1 1"]);
             }
         }
@@ -195,6 +202,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
         self.counts[1] += 1;
         self.out.extend_from_slice(b"vt ");
         self.out.extend_from_slice(rest);
+        // tobj wants two coordinates; `vt u` is valid.
         self.emit(&[if words(rest).count() < 2 { " 0\n" } else { "\n" }]);
         Ok(())
     }
@@ -214,6 +222,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
         let mut count = 1;
         for corner in corners {
             count += 1;
+            // Else the arrays of a mesh would not line up: each vertex needs every attribute.
             if self.corner(corner)? != layout {
                 return Err("the corners of a face differ in what they have".into());
             }
@@ -223,6 +232,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
             return Ok(());
         }
         self.current.layout = layout;
+        // A group that comes back is a new one here; `meshes` joins those of one name.
         if self.groups.last() != Some(&self.current) {
             let index = self.groups.len().to_string();
             self.groups.push(self.current.clone());
@@ -236,14 +246,13 @@ impl<'p, R: BufRead> Lines<'p, R> {
 
     /// The parts of a corner `v/vt/vn`. Indices are at least 1, or count back from the last one.
     fn corner(&self, corner: &[u8]) -> Result<Layout, String> {
-        let invalid = || format!("{:?} is not a face corner", String::from_utf8_lossy(corner));
         let mut present = [false; 3];
         let mut at = 0;
         for (kind, digits) in corner.split(|byte| *byte == b'/').enumerate() {
-            let present = present.get_mut(kind).ok_or_else(invalid)?;
+            let present = present.get_mut(kind).ok_or_else(|| not_a_corner(corner))?;
             *present = !digits.is_empty();
             at = kind;
-            if *present && !self.in_range(kind, digits).ok_or_else(invalid)? {
+            if *present && !self.in_range(kind, digits).ok_or_else(|| not_a_corner(corner))? {
                 return Err(format!(
                     "index {} is out of range, there are {} so far",
                     String::from_utf8_lossy(digits),
@@ -253,12 +262,12 @@ impl<'p, R: BufRead> Lines<'p, R> {
         }
         match present[0] && at < 3 {
             true => Ok(Layout { texcoords: present[1], normals: present[2] }),
-            false => Err(invalid()),
+            false => Err(not_a_corner(corner)),
         }
     }
 
-    /// Returns whether an index exists; `None` if it is not a number. Positive indices may run ahead of the
-    /// definitions, and are checked where they are used.
+    /// Returns whether an index exists; `None` if it is not a number. Positive indices may run
+    /// ahead of the definitions, and are checked where they are used.
     fn in_range(&self, kind: usize, digits: &[u8]) -> Option<bool> {
         let (negative, digits) = match digits {
             [b'-', digits @ ..] => (true, digits),
@@ -268,8 +277,10 @@ impl<'p, R: BufRead> Lines<'p, R> {
             return None;
         }
         if !negative && digits.len() < 10 {
+            // Nine digits fit 32 bits. tobj would take index 0 for one that is absent.
             return Some(digits.iter().any(|digit| *digit != b'0'));
         }
+        // There may be any number of digits.
         let value = digits.iter().fold(0, |value: i64, digit| {
             value.saturating_mul(10).saturating_add((digit - b'0').into())
         });
@@ -288,6 +299,7 @@ impl<'p, R: BufRead> Lines<'p, R> {
                 Ok(false) => return self.end(),
                 Err(error) => self.error = Some(error.to_string()),
             }
+            // tobj does not say where it fails; `line` finds the place from this.
             self.ends.push((self.out.len(), self.number));
         }
     }
@@ -327,6 +339,8 @@ impl<R: BufRead> BufRead for Lines<'_, R> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         if self.at == self.out.len() {
             self.rewrite_batch();
+            // What was rewritten before the error goes out first: tobj may fail over an earlier
+            // line.
             if self.out.is_empty() && self.error.is_some() {
                 return Err(io::ErrorKind::InvalidData.into());
             }
@@ -345,6 +359,11 @@ impl<R: BufRead> Read for Lines<'_, R> {
         self.consume(read);
         Ok(read)
     }
+}
+
+/// Why a line with such a corner is refused.
+fn not_a_corner(corner: &[u8]) -> String {
+    format!("{:?} is not a face corner", String::from_utf8_lossy(corner))
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@
 //! * Smoothing groups matter where the file has no normals: `s N` smooths within the group, `s off`
 //!   is flat, and a file without any `s` is smooth throughout. Normals are weighted by area.
 //! * Vertex colours are sRGB in the file and linear in glTF; texture v is turned upside down.
-//! * Material libraries are looked for in the file's folder. A missing one is a warning: its materials
-//!   keep their names and are plain.
+//! * Material libraries are looked for in the file's folder. A missing one is a warning: its
+//!   materials keep their names and are plain.
 //! * Materials that no face uses are left out.
 
 mod lines;
@@ -30,6 +30,7 @@ use crate::scene::{
 use lines::{Group, Lines};
 use normals::Part;
 
+// glTF has one index for all attributes of a vertex, and no polygons.
 const OPTIONS: LoadOptions =
     LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
 
@@ -40,6 +41,8 @@ pub(super) fn open(
     progress: &mut dyn FnMut(u64),
 ) -> Result<Scene, SceneError> {
     let mut lines = Lines::new(BufReader::with_capacity(1 << 16, File::open(path)?), progress);
+    // `Lines` names a library per material, in the order of its own list, so that the indices of
+    // tobj are those of the list. The libraries themselves are read by `mtl`.
     let loaded = tobj::load_obj_buf(&mut lines, &OPTIONS, |index| {
         let name = index.display().to_string();
         Ok((vec![Material { name: name.clone(), ..Material::default() }], [(name, 0)].into()))
@@ -49,6 +52,7 @@ pub(super) fn open(
     let (models, _) = loaded.map_err(|problem| SceneError::Obj {
         line,
         reason: match (problem, error) {
+            // `Lines` refuses a line by failing to read, and keeps the reason.
             (LoadError::ReadError, Some(reason)) => reason,
             _ => problem.to_string(),
         },
@@ -67,14 +71,17 @@ fn parts(models: Vec<Model>, groups: &[Group]) -> Result<Vec<Part>, SceneError> 
     let drawn = models.into_iter().filter(|model| !model.mesh.indices.is_empty());
     drawn
         .map(|Model { mesh, name }| {
+            // `Lines` has replaced every name by its index.
             let group: usize = name.parse().unwrap_or(0);
             let positions = triples(mesh.positions);
             let count = positions.len();
+            // A position cannot be made up, and JSON could not hold the bounds.
             if !positions.as_flattened().iter().all(|x| x.is_finite()) {
                 let name = groups.get(group).map_or("", |group| &group.name);
                 return Err(SceneError::Invalid(name.into(), "a position is not finite".into()));
             }
             let surface = Surface {
+                // tobj leaves an array empty where the faces of a group lack the attribute.
                 normals: Some(triples(mesh.normals))
                     .filter(|n| n.len() == count)
                     .unwrap_or_default(),
@@ -95,6 +102,7 @@ fn parts(models: Vec<Model>, groups: &[Group]) -> Result<Vec<Part>, SceneError> 
 }
 
 fn triples(flat: Vec<f32>) -> Vec<[f32; 3]> {
+    // In place where the capacity is a multiple of three, else copied.
     bytemuck::allocation::try_cast_vec(flat)
         .unwrap_or_else(|(_, flat)| flat.chunks_exact(3).map(|v| [v[0], v[1], v[2]]).collect())
 }
@@ -110,6 +118,7 @@ fn finite_or(x: f32, default: f32) -> f32 {
 
 fn colors(flat: &[f32]) -> Vec<[f32; 3]> {
     let (encoded, _) = flat.as_chunks::<3>();
+    // White in place of a number that is not finite: it leaves the base colour as it is.
     let clean = encoded.iter().map(|rgb| rgb.map(|c| finite_or(c, 1.0).clamp(0.0, 1.0)));
     clean.map(|rgb| Srgb::from(rgb).into_linear::<f32>().into()).collect()
 }
@@ -118,6 +127,7 @@ fn colors(flat: &[f32]) -> Vec<[f32; 3]> {
 fn meshes(parts: Vec<Part>, groups: &[Group], stem: &str) -> Vec<build::Mesh> {
     let mut meshes: Vec<build::Mesh> = Vec::new();
     let mut by_name = HashMap::new();
+    // The surface of each kind that still has room.
     let mut by_kind = HashMap::new();
     for Part { group, surface, .. } in parts {
         let name = groups.get(group).map_or("", |group| &*group.name);
@@ -141,6 +151,7 @@ fn meshes(parts: Vec<Part>, groups: &[Group], stem: &str) -> Vec<build::Mesh> {
 
 /// Returns whether the indices of both together fit 32 bits.
 fn fits(a: &Surface, b: &Surface) -> bool {
+    // The largest index is below u32::MAX, which glTF forbids.
     a.positions.len() + b.positions.len() < u32::MAX as usize
 }
 

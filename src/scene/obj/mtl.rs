@@ -8,7 +8,7 @@ use tobj::Material;
 use crate::scene::{
     SceneError,
     build::Parts,
-    export::mime,
+    conversion::mime,
     resource::{Resource, percent_encode},
     size::{self, Text},
 };
@@ -52,6 +52,7 @@ fn load(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Material>, SceneError> {
     let mut materials = Vec::new();
+    // `mtllib a b.mtl` is one file if that is there, else two.
     let whole = resource(library)?.locate(folder);
     let names = if whole.is_ok() { vec![library] } else { library.split_whitespace().collect() };
     for name in names {
@@ -75,6 +76,7 @@ fn load(
 
 /// MTL names are plain file names: nothing in them is percent encoded.
 fn resource(name: &str) -> Result<Resource, SceneError> {
+    // Files from Windows have backslashes in their paths.
     Resource::new(&percent_encode(&name.replace('\\', "/")))?
         .ok_or_else(|| SceneError::Uri { uri: name.to_owned(), reason: "is not a file name" })
 }
@@ -85,6 +87,7 @@ fn completed(text: &str) -> String {
     for line in text.lines() {
         let words: Vec<_> = line.split_whitespace().collect();
         match *words {
+            // tobj panics on a colour of fewer than three numbers.
             ["Ka" | "Kd" | "Ks" | "Ke", "spectral" | "xyz", ..] | ["Ka" | "Kd" | "Ks" | "Ke"] => {}
             [key @ ("Ka" | "Kd" | "Ks" | "Ke"), gray]
             | [key @ ("Ka" | "Kd" | "Ks" | "Ke"), gray, _] => {
@@ -99,6 +102,11 @@ fn completed(text: &str) -> String {
     completed
 }
 
+/// A number that the parser leaves as text.
+fn number(mtl: &Material, key: &str) -> Option<f32> {
+    mtl.unknown_param.get(key)?.split_whitespace().next()?.parse().ok()
+}
+
 struct Writer<'a> {
     folder: &'a Path,
     warnings: &'a mut Vec<String>,
@@ -110,15 +118,13 @@ impl Writer<'_> {
     /// Kd and d are the base colour, Ke the emission; roughness is Pr, or 1 − √(Ns/1000) as
     /// is usual for shininess; Pm is metallic.
     fn material(&mut self, mtl: &Material) -> Result<Value, SceneError> {
-        let number =
-            |key: &str| mtl.unknown_param.get(key)?.split_whitespace().next()?.parse().ok();
         let [r, g, b] = mtl.diffuse.unwrap_or([0.8; 3]).map(unit);
         let alpha = unit(mtl.dissolve.unwrap_or(1.0));
         let shininess = mtl.shininess.map(|ns| 1.0 - (unit(ns / 1000.0)).sqrt());
-        let roughness = number("Pr").map(unit).or(shininess).unwrap_or(1.0);
+        let roughness = number(mtl, "Pr").map(unit).or(shininess).unwrap_or(1.0);
         let mut reflection = json!({
             "baseColorFactor": [r, g, b, alpha],
-            "metallicFactor": number("Pm").map_or(0.0, unit),
+            "metallicFactor": number(mtl, "Pm").map_or(0.0, unit),
             "roughnessFactor": roughness,
         });
         if let Some(texture) = self.texture(mtl.diffuse_texture.as_deref())? {
@@ -131,6 +137,7 @@ impl Writer<'_> {
             material.insert("normalTexture".into(), texture);
         }
         if let Some(emission) = mtl.emissive.filter(|e| e.iter().any(|x| *x > 0.0)) {
+            // glTF allows no factor above 1.
             material.insert("emissiveFactor".into(), json!(emission.map(unit)));
         }
         if let Some(texture) = self.texture(mtl.unknown_param.get("map_Ke").map(String::as_str))? {
@@ -150,6 +157,7 @@ impl Writer<'_> {
         };
         let resource = resource(name)?;
         match resource.locate(self.folder) {
+            // An address outside the folder is refused, not passed over like a missing file.
             Err(error @ SceneError::Uri { .. }) => return Err(error),
             Err(_) => self.warnings.push(format!("texture {name:?} is not there")),
             Ok(_) if !matches!(mime(&resource.path), Some("image/png" | "image/jpeg")) => {

@@ -20,6 +20,7 @@ type Corner = (Shading, [u32; 3]);
 /// Every part with unit normals. Missing ones are the area-weighted mean over the faces that meet
 /// at a position and share a smoothing group, across materials; or the face's own where flat.
 pub(super) fn complete(parts: Vec<Part>) -> Vec<Part> {
+    // All sums before any normal: the faces at a position may lie in several parts.
     let mut sums: HashMap<Corner, Vec3> = HashMap::new();
     for part in parts.iter().filter(|part| part.shading != Shading::Flat && missing(part)) {
         for triangle in part.surface.indices.chunks_exact(3) {
@@ -43,12 +44,14 @@ fn with_normals(mut part: Part, sums: &HashMap<Corner, Vec3>) -> Part {
         (false, _) => {}
         (true, false) => part.surface = flat(&part.surface),
         (true, true) => {
-            let sum =
-                |p: &[f32; 3]| sums.get(&(part.shading, key(*p))).copied().unwrap_or_default();
-            part.surface.normals = part.surface.positions.iter().map(|p| sum(p).into()).collect();
+            let corners = part.surface.positions.iter().map(|p| (part.shading, key(*p)));
+            // Every position of a part belongs to a face, so the default is never taken.
+            let sums = corners.map(|corner| sums.get(&corner).copied().unwrap_or_default());
+            part.surface.normals = sums.map(Into::into).collect();
         }
     }
     for normal in &mut part.surface.normals {
+        // Faces without area, or opposite ones, sum to 0; glTF wants unit length even then.
         *normal = Vec3::from(*normal).try_normalize().unwrap_or(Vec3::Z).into();
     }
     part
@@ -88,5 +91,6 @@ fn face_normal([a, b, c]: [[f32; 3]; 3]) -> Vec3 {
 
 /// Equal positions have equal keys: −0 counts as 0.
 fn key(position: [f32; 3]) -> [u32; 3] {
+    // −0 + 0 is 0, and positions are finite, so equal bits are equal positions.
     position.map(|x| (x + 0.0).to_bits())
 }
