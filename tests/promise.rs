@@ -412,7 +412,7 @@ fn share_of_stated_error(material: &Material, tolerance: f64) -> f64 {
 
 /// An independent search finds so many times the stated error at most (docs/promise.md): each pair of
 /// cells has a maximum of its own, and neither search climbs all of them.
-const LARGEST_RATIO: f64 = 1.08;
+const LARGEST_RATIO: f64 = 1.15;
 
 /// A tolerance between two, evenly by their logarithms.
 fn between(loose: f64, tight: f64, tightness: f64) -> f64 {
