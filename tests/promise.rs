@@ -7,15 +7,18 @@
 // What it counted is its result.
 #![allow(clippy::print_stdout)]
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::f64::consts::FRAC_1_PI;
 
+use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use rand::SeedableRng as _;
+use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use sgdbake::brdf::{MaskingKind, SgdBrdf};
 use sgdbake::lut::attack::attack;
-use sgdbake::lut::probe::{Probe, probes};
+use sgdbake::lut::probe::{Probe, probes, probes_of_pair};
 use sgdbake::lut::{
     BakeError, Baked, Depth, Depths, Encoding, Extent, Filter, Placed, Proof, Quantity, Request,
     Table, bake,
@@ -200,38 +203,66 @@ fn attacked(material: &Material, request: &Request) -> Option<Found> {
     })
 }
 
-/// Runs an attack on random materials, and prints what it met.
+/// The tally of a run.
+#[derive(Default)]
+struct Tally {
+    found: Vec<Found>,
+    refused: usize,
+    /// The materials that break their tolerance, and how.
+    broken: Vec<String>,
+}
+
+impl Tally {
+    fn summary(&self, name: &str) -> String {
+        let largest = |of: fn(&Found) -> f64| self.found.iter().map(of).fold(0.0, f64::max);
+        let bounded = self.found.iter().filter(|one| one.proof == Some(Proof::Bounded)).count();
+        format!(
+            "{name}: {} baked, {} broken, {bounded} proven, {} refused; at most {:.3} of the \
+             tolerance, {:.3} with weights cut down",
+            self.found.len(),
+            self.broken.len(),
+            self.refused,
+            largest(|one| one.share),
+            largest(|one| one.truncated),
+        )
+    }
+}
+
+/// Runs an attack on random materials, and prints what it met: each that breaks its tolerance, and
+/// the tally after every hundred.
 fn run(name: &str, cases: u32, attack: impl Fn(&Material, f64) -> Option<Found>) {
-    let found = RefCell::new(Vec::new());
-    let refused = Cell::new(0_usize);
+    let tally = RefCell::new(Tally::default());
     let outcome = runner(cases).run(&(material(), 0.0..1.0), |(material, tightness)| {
-        match attack(&material, tightness) {
+        let found = attack(&material, tightness);
+        let mut tally = tally.borrow_mut();
+        match found {
             Some(one) => {
-                found.borrow_mut().push(one);
-                prop_assert!(one.share <= 1.0, "{} of the tolerance", one.share);
+                tally.found.push(one);
+                if one.share > 1.0 {
+                    let broken = format!("{one:?}, tightness {tightness}: {material:?}");
+                    println!("{name}: broken: {broken}");
+                    tally.broken.push(broken);
+                }
             }
-            None => refused.set(refused.get() + 1),
+            None => tally.refused += 1,
+        }
+        if (tally.found.len() + tally.refused).is_multiple_of(100) {
+            println!("{}", tally.summary(name));
         }
         Ok(())
     });
-    let found = found.into_inner();
-    let largest = |of: fn(&Found) -> f64| found.iter().map(of).fold(0.0, f64::max);
-    let bounded = found.iter().filter(|one| one.proof == Some(Proof::Bounded)).count();
-    println!(
-        "{name}: {} kept, {bounded} of them proven, {} refused; at most {:.3} of the tolerance, \
-         {:.3} with weights cut down",
-        found.len(),
-        refused.get(),
-        largest(|one| one.share),
-        largest(|one| one.truncated),
-    );
-    if let Err(failure) = outcome {
-        panic!("{name}: {failure}");
-    }
+    outcome.expect("no attack fails");
+    let tally = tally.into_inner();
+    println!("{}", tally.summary(name));
+    assert!(tally.broken.is_empty(), "{name}: {:#?}", tally.broken);
     // A sharp lobe whose Fresnel curve crosses 0 at the mirror direction needs more texels than
     // there are: it is refused, not broken.
     let few = cases < 8;
-    assert!(few || refused.get() <= found.len(), "{name}: {} could not be baked", refused.get());
+    assert!(
+        few || tally.refused <= tally.found.len(),
+        "{name}: {} could not be baked",
+        tally.refused
+    );
 }
 
 /// Every published material in one bake, at tolerances that half floats and that only floats hold.
@@ -255,6 +286,133 @@ fn the_catalogue_keeps_its_tolerances() {
         assert_eq!(note.proof, Some(Proof::Bounded));
     }
 }
+
+/// The error at a pair, held against the brightest of a thousand lights of its viewer.
+fn error_at(reader: &Reader<'_>, exact: &SgdBrdf, pair: [DVec3; 2]) -> f64 {
+    const LIGHTS: u32 = 1000;
+    let Some(mut probe) = probes_of_pair(exact, pair).into_iter().next() else { return 0.0 };
+    let [wi, wo] = pair;
+    let share = f64::from(LIGHTS / 2).recip();
+    let in_plane = (0..LIGHTS).map(|k| {
+        // Half vectors toward the viewer and away from it, evenly by their logarithms.
+        let tan = 10_f64.powf(-6.0 + 8.0 * share * f64::from(k / 2));
+        light_in_plane(wo, if k.is_multiple_of(2) { tan } else { -tan })
+    });
+    let lights = in_plane.chain([wi, DVec3::new(-wo.x, -wo.y, wo.z)]);
+    let brightest = lights
+        .filter(|wi| wi.z > 0.0)
+        .map(|wi| exact.eval(wi, wo).map(|f| f.abs() * wi.z))
+        .fold([0.0_f64; 3], |most, f| std::array::from_fn(|c| most[c].max(f[c])));
+    for (colour, brightest) in probe.colours.iter_mut().zip(brightest) {
+        colour.bound = brightest + colour.reflected;
+    }
+    reader.error(&probe)
+}
+
+/// The light in the plane of a viewer and the normal whose half vector has this tanθh, negative away
+/// from the viewer.
+fn light_in_plane(wo: DVec3, tan: f64) -> DVec3 {
+    let toward = wo.truncate().try_normalize().unwrap_or(DVec2::X);
+    let h = (tan * toward).extend(1.0).normalize();
+    2.0 * wo.dot(h) * h - wo
+}
+
+/// The largest error that a search finds which shares nothing with the bake's: 150 000 pairs, and from
+/// the worst of them moves of any length along random axes.
+fn independently_searched(reader: &Reader<'_>, exact: &SgdBrdf) -> f64 {
+    const SETS: usize = 44;
+    const CLIMBS: usize = 12;
+    let sets = (0..SETS).into_par_iter().flat_map_iter(|set| probes(exact, 5000 + set));
+    let mut starts: Vec<(f64, Probe)> =
+        sets.map(|probe| (reader.error(&probe), probe)).filter(|start| start.0 > 0.0).collect();
+    starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut apart: Vec<&(f64, Probe)> = Vec::new();
+    for start in &starts {
+        if apart.len() < CLIMBS && apart.iter().all(|other| are_apart(&other.1, &start.1)) {
+            apart.push(start);
+        }
+    }
+    let climbs = apart.par_iter().enumerate().map(|(index, start)| {
+        let mut rng = Pcg64::seed_from_u64(index as u64);
+        error_at(reader, exact, climbed(reader, exact, start, &mut rng))
+    });
+    climbs.reduce(|| 0.0, f64::max)
+}
+
+/// Returns whether the lights or the viewers of two probes differ.
+fn are_apart(a: &Probe, b: &Probe) -> bool {
+    a.pair.iter().zip(b.pair).any(|(a, b)| a.distance(b) > 0.02)
+}
+
+/// The pair that random moves from a probe lead to, each from the best so far.
+fn climbed(
+    reader: &Reader<'_>,
+    exact: &SgdBrdf,
+    (error, start): &(f64, Probe),
+    rng: &mut Pcg64,
+) -> [DVec3; 2] {
+    const MOVES: usize = 3000;
+    let (mut best, mut pair) = (*error, start.pair);
+    for _ in 0..MOVES {
+        let moved = moved(pair, rng);
+        let Some(probe) = probes_of_pair(exact, moved).into_iter().next() else { continue };
+        let error = reader.error(&probe);
+        if error > best {
+            (best, pair) = (error, moved);
+        }
+    }
+    pair
+}
+
+/// A pair with either, both or none of its directions moved, by 1e-7 to a third.
+fn moved(mut pair: [DVec3; 2], rng: &mut Pcg64) -> [DVec3; 2] {
+    let reach = 10_f64.powf(rng.random_range(-7.0..-0.5));
+    for direction in &mut pair {
+        if rng.random_bool(0.5) {
+            let [x, y] = [0, 1].map(|_| reach * rng.random_range(-1.0..1.0));
+            // Relative to the height above the horizon, or to the lobe's own size.
+            let height = if rng.random_bool(0.5) { direction.z } else { 1.0 };
+            *direction = (*direction + DVec3::new(x, y, x + y) * height).normalize();
+        }
+    }
+    pair
+}
+
+/// `error.measured` is nearly the largest error that there is: `SGDBAKE_ATTACKS=12` takes as many
+/// materials.
+#[test]
+fn an_independent_search_finds_hardly_more_than_the_stated_error() {
+    let count = attacks(2) as usize;
+    let gold = sgdbake::material::find("gold-paint").expect("in the catalogue");
+    let step = (catalog().len() / count.max(1)).max(1);
+    let others = catalog().iter().step_by(step).take(count.saturating_sub(1));
+    let mut largest: f64 = 0.0;
+    for entry in std::iter::once(gold).chain(others) {
+        for tolerance in [1e-2, 1e-3, 1e-4] {
+            largest = largest.max(share_of_stated_error(&entry.material, tolerance));
+        }
+    }
+    assert!(largest <= LARGEST_RATIO, "{largest}");
+}
+
+/// The largest error that the independent search finds of a material's textures, as a multiple of the
+/// one that their bake states.
+fn share_of_stated_error(material: &Material, tolerance: f64) -> f64 {
+    let request = request(&FACTORS, tolerance, Depths::Smallest);
+    let baked = bake(&[material], &request).expect("within reach");
+    let stated = baked.tables[0].error.measured.expect("searched");
+    let exact = exactly(material, request.masking);
+    let found = Filter::COVERED
+        .map(|filter| Reader { baked: &baked, index: 0, filter })
+        .map(|reader| independently_searched(&reader, &exact));
+    let ratio = found[0].max(found[1]) / stated;
+    println!("{} at {tolerance:e}: {ratio:.4} of the stated {stated:.3e}", material.name);
+    ratio
+}
+
+/// An independent search finds so many times the stated error at most (docs/promise.md): each pair of
+/// cells has a maximum of its own, and neither search climbs all of them.
+const LARGEST_RATIO: f64 = 1.15;
 
 /// A tolerance between two, evenly by their logarithms.
 fn between(loose: f64, tight: f64, tightness: f64) -> f64 {
@@ -305,9 +463,8 @@ fn random_materials_keep_the_tolerance_one_factor_at_a_time() {
     });
 }
 
-/// The published masking fit has a corner: its textures are searched, not proven.
+/// The published masking fit has a corner, across which no second derivative bounds the error.
 #[test]
-#[ignore = "the fourth material breaks its tolerance by 1.09 times: the search of the bake misses the corner"]
 fn random_materials_keep_the_tolerance_with_fitted_masking() {
     run("2D, fitted masking, 1e-2 to 1e-3", attacks(6), |material, tightness| {
         let tolerance = between(1e-2, 1e-3, tightness);
@@ -353,7 +510,6 @@ fn the_manifest_s_note_says_what_the_error_rests_on() {
         baked.tables.iter().map(|table: &Table| table.error.proof).collect()
     };
     assert_eq!(note(&FACTORS, MaskingKind::Exact), [Some(Proof::Bounded); 3]);
-    // The published masking fit has a corner of which no bound is known.
-    assert_eq!(note(&FACTORS, MaskingKind::Fitted), [Some(Proof::Sampled); 3]);
+    assert_eq!(note(&FACTORS, MaskingKind::Fitted), [Some(Proof::Bounded); 3]);
     assert_eq!(note(&[Quantity::Brdf3d], MaskingKind::Exact), [Some(Proof::Sampled)]);
 }

@@ -325,6 +325,31 @@ fn large_files_are_not_read_to_say_what_is_in_them() {
     }
 }
 
+/// A scene in text is held in memory: one of more bytes than that is for is refused by its length,
+/// and one without line breaks by its first line.
+#[test]
+fn large_scenes_are_refused_before_they_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes, message) in [
+        ("a.obj", 6 << 30, "found 6442450944 bytes; an .obj is read up to 4294967296"),
+        ("b.obj", 3 << 30, "line 1: the line has more than 16777216 bytes"),
+        ("c.gltf", 6 << 30, "the JSON of a glTF is read up to 2147483648"),
+    ] {
+        let file = fs::File::create(folder.path().join(name)).unwrap();
+        file.set_len(bytes).unwrap();
+        let start = std::time::Instant::now();
+        let output = run(folder.path(), &["inspect", name]);
+        assert_eq!(output.status.code(), Some(1), "{name}: {}", stderr(&output));
+        assert!(stderr(&output).contains(message), "{name}: {}", stderr(&output));
+        assert!(start.elapsed().as_secs() < 10, "{name} was read");
+    }
+    let scene = folder.path().join("d.obj");
+    fs::write(&scene, "mtllib big.mtl\nv 0 0 0\nf 1 1 1\n").unwrap();
+    fs::File::create(folder.path().join("big.mtl")).unwrap().set_len(1 << 30).unwrap();
+    let output = run(folder.path(), &["inspect", "d.obj"]);
+    assert!(stderr(&output).contains("an .mtl is read up to"), "{}", stderr(&output));
+}
+
 /// A bake that needs more memory than the process may have says so before it starts.
 #[cfg(target_os = "linux")]
 #[test]

@@ -61,7 +61,7 @@ fn bend(term: Term, rows: &Rows, row: usize, warp: &Warp, u: Interval) -> [Optio
         }
         (Term::Masking, Warp::Rational { scale }) => {
             rows.lobes[row].lobes.each_ref().map(|lobe| match lobe {
-                // No bound is known of the published fit, which has a corner where it sets in.
+                // The published fit has a corner where it sets in: its slope is bounded instead.
                 Some(lobe) if lobe.fitted.is_none() => {
                     Some(masking(lobe.distribution.mixture(), scale[row], u, x))
                 }

@@ -7,6 +7,7 @@ use crate::lut::bend::Bends;
 use crate::lut::interval::Interval;
 use crate::lut::quantity::Encoding;
 use crate::lut::row::Rows;
+use crate::lut::slope::SlopeBounds;
 use crate::lut::table::Table;
 use crate::lut::term::Term;
 
@@ -21,9 +22,6 @@ const MIX_ROUNDING: f64 = 3.0 / 16_777_216.0;
 
 /// A texel of `ndf` below which D, less than 1e-60 of its peak, counts as vanished.
 const VANISHED: f64 = -140.0;
-
-/// Where a cell is examined whose bend has no known bound.
-const SAMPLES: usize = 12;
 
 /// The errors of a table, cell by cell.
 ///
@@ -188,7 +186,7 @@ impl Cells<'_> {
                     largest_of_parabola(rounding, high),
                 ]
             }
-            None => self.sampled(c, u, exact, stored),
+            None => self.by_slope(c, u, stored),
         };
         // A weight that is off moves the mixed texel along the chord.
         let rise = stored[1] - stored[0];
@@ -198,18 +196,15 @@ impl Cells<'_> {
         [smooth[0] + back.min(forth) - mixing, smooth[1] + back.max(forth) + mixing]
     }
 
-    /// The same without a bound on the bend: the extremes met at some places.
-    fn sampled(&self, c: usize, u: Interval, exact: Interval, stored: Interval) -> Interval {
-        let offs = (0..=SAMPLES).map(|k| {
-            let w = k as f64 / SAMPLES as f64;
-            let truth = match k {
-                0 => exact[0],
-                SAMPLES => exact[1],
-                _ => self.exact(u[0] + (u[1] - u[0]) * w)[c].unwrap_or(exact[0]),
-            };
-            stored[0] + (stored[1] - stored[0]) * w - truth
-        });
-        offs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], e| [low.min(e), high.max(e)])
+    /// The same of the published masking fit, whose slope has bounds and its bend none.
+    fn by_slope(&self, c: usize, u: Interval, stored: Interval) -> Interval {
+        let lobe = self.rows.lobes[self.row].lobes[c].as_ref();
+        match (lobe.and_then(|lobe| lobe.fitted.as_ref()), self.warp) {
+            (Some(masking), Warp::Rational { scale }) => {
+                SlopeBounds::new(masking, scale[self.row]).chord_error(u, stored)
+            }
+            _ => [f64::NEG_INFINITY, f64::INFINITY],
+        }
     }
 }
 

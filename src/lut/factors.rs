@@ -16,7 +16,7 @@ use crate::lut::axis::Warp;
 use crate::lut::bend::Bends;
 use crate::lut::cell_error::{CellErrors, ROUNDED_WEIGHTS, growth};
 use crate::lut::interval::{Interval, times};
-use crate::lut::probe::Probe;
+use crate::lut::probe::{Probe, Viewers, probes_of_pair};
 use crate::lut::range::WIDTHS;
 use crate::lut::row::{Placed, Rows};
 use crate::lut::search::Sizable;
@@ -36,7 +36,7 @@ const MAX_GROWTH: f64 = 16.0;
 pub enum Attack {
     /// A climb from the worst probe, by all texture units at once.
     Climb,
-    /// Climbs and random moves from several of the worst probes, by one texture unit after another.
+    /// Climbs of random moves from the worst probe of each viewer, by one texture unit after another.
     Search,
 }
 
@@ -62,7 +62,7 @@ pub struct Subject {
 #[derive(Clone)]
 struct Warps {
     row: usize,
-    /// Shared: an attack makes a subject of every pair that it tries.
+    /// Shared: each attack hands back a subject of its own.
     warps: Arc<[Warp; 3]>,
 }
 
@@ -113,8 +113,7 @@ impl Subject {
 
     /// The largest error of f decoded from `tables`; a factor without a table is exact.
     fn error(&self, tables: &[Table], filter: Filter) -> f64 {
-        let tables =
-            Term::ALL.map(|term| tables.iter().find(|table| table.quantity == term.quantity()));
+        let tables = in_order(tables);
         let probes = self.probes.iter().zip(&self.coordinates);
         probes.map(|(probe, at)| self.probe_error(probe, at, tables, filter)).fold(0.0, f64::max)
     }
@@ -126,12 +125,13 @@ impl Subject {
 
     /// The error at another probe by one filter.
     fn error_at(&self, probe: &Probe, tables: &[Table], filter: Filter) -> f64 {
-        self.at(probe).error(tables, filter)
+        self.probe_error(probe, &self.places.coordinates(probe), in_order(tables), filter)
     }
 
     /// The error at another probe by the worst of the filters.
     fn worst_error_at(&self, probe: &Probe, tables: &[Table], filters: &[Filter]) -> f64 {
-        self.at(probe).worst_error(tables, filters)
+        let errors = filters.iter().map(|filter| self.error_at(probe, tables, *filter));
+        errors.fold(0.0, f64::max)
     }
 
     /// The largest error that an attack finds, and the subject of its probe alone.
@@ -145,8 +145,11 @@ impl Subject {
         let (error, probe) = match attack {
             Attack::Climb => self.climbed(brdf, tables, filters)?,
             Attack::Search => {
+                let viewers = Viewers::new(brdf);
                 // The worst pair of one filter is seldom another's: each gets climbs of its own.
-                let found = filters.iter().flat_map(|filter| self.climbs(brdf, tables, *filter));
+                let found = filters
+                    .iter()
+                    .filter_map(|filter| self.climbs(brdf, &viewers, tables, *filter));
                 found.max_by(|a, b| a.0.total_cmp(&b.0))?
             }
         };
@@ -165,17 +168,44 @@ impl Subject {
         Some(attack(brdf, worst.1, |probe| self.worst_error_at(probe, tables, filters)))
     }
 
-    /// Where climbs from the worst probes end for a filter.
-    fn climbs(&self, brdf: &SgdBrdf, tables: &[Table], filter: Filter) -> Vec<(f64, Probe)> {
-        const CLIMBS: usize = 4;
-        let errors = self.probes.iter().map(|probe| self.error_at(probe, tables, filter));
-        let mut starts: Vec<(f64, &Probe)> = errors.zip(&self.probes).collect();
-        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let climbs = starts.into_iter().take(CLIMBS).map(|(_, start)| {
-            let (_, probe) = attack(brdf, start, |probe| self.error_at(probe, tables, filter));
-            scatter(brdf, &probe, |probe| self.error_at(probe, tables, filter))
+    /// The worst probe that climbs find for a filter.
+    ///
+    /// Each pair of cells has a maximum of its own, so climbs start from every viewer of the probes;
+    /// the best of their ends climb on, the last of them with each viewer's brightest light searched.
+    fn climbs(
+        &self,
+        brdf: &SgdBrdf,
+        viewers: &Viewers,
+        tables: &[Table],
+        filter: Filter,
+    ) -> Option<(f64, Probe)> {
+        const FIRST_MOVES: u32 = 400;
+        const BEST: usize = 6;
+        const MOVES: u32 = 2000;
+        const LAST: usize = 2;
+        const LAST_MOVES: u32 = 600;
+        let by_viewer = self.probes.chunk_by(|a, b| a.pair[1] == b.pair[1]);
+        let starts = by_viewer.filter_map(|probes| {
+            let errors = probes.iter().map(|probe| self.error_at(probe, tables, filter));
+            errors.zip(probes).max_by(|a, b| a.0.total_cmp(&b.0))
         });
-        climbs.collect()
+        let ends = starts.map(|(_, start)| {
+            scatter(brdf, Some(viewers), start, FIRST_MOVES, |probe| {
+                self.error_at(probe, tables, filter)
+            })
+        });
+        let ends = best(ends.collect(), BEST);
+        let ends = ends.iter().map(|(_, end)| {
+            scatter(brdf, Some(viewers), end, MOVES, |probe| self.error_at(probe, tables, filter))
+        });
+        let ends = best(ends.collect(), LAST);
+        let last = ends.iter().map(|(_, end)| {
+            // Its own viewer's light, not one between its neighbours'.
+            let own = probes_of_pair(brdf, end.pair).into_iter().next();
+            let start = own.as_ref().unwrap_or(end);
+            scatter(brdf, None, start, LAST_MOVES, |probe| self.error_at(probe, tables, filter))
+        });
+        last.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     fn probe_error(
@@ -251,6 +281,18 @@ impl Subject {
         }
         (0..3).map(|c| probe.colours[c].error_of(off[c][1].max(-off[c][0]))).fold(0.0, f64::max)
     }
+}
+
+/// The ends of so many climbs with the largest errors.
+fn best(mut ends: Vec<(f64, Probe)>, count: usize) -> Vec<(f64, Probe)> {
+    ends.sort_by(|a, b| b.0.total_cmp(&a.0));
+    ends.truncate(count);
+    ends
+}
+
+/// The tables of D, G1 and F, where there is one.
+fn in_order(tables: &[Table]) -> [Option<&Table>; 3] {
+    Term::ALL.map(|term| tables.iter().find(|table| table.quantity == term.quantity()))
 }
 
 /// A bound on the error of f over all subjects, decoded from `tables` of `terms`.

@@ -30,6 +30,7 @@ pub(crate) mod request;
 pub mod row;
 pub(crate) mod sampled;
 pub(crate) mod search;
+pub(crate) mod slope;
 pub(crate) mod table;
 pub(crate) mod term;
 #[doc(hidden)]

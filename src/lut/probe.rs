@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::brdf::SgdBrdf;
 use crate::material::MAX_LOBES;
 use crate::math::direction::{
-    Angles, above_horizon, abs_cos_phi_d, at_cot, from_cos_sin, spherical,
+    Angles, above_horizon, abs_cos_phi_d, at_cot, cot_theta, from_cos_sin, spherical,
 };
 use crate::microfacet::{Distribution as _, Fresnel};
 
@@ -161,6 +161,116 @@ fn zero_between(fresnel: &Fresnel, [mut a, mut b]: [f64; 2]) -> f64 {
         if fresnel.eval(a) * fresnel.eval(middle) <= 0.0 { b = middle } else { a = middle }
     }
     0.5 * (a + b)
+}
+
+/// A viewer with the largest |f|cosθi of each colour that its lights give: many probes of one viewer
+/// need it once.
+#[derive(Clone, Copy, Debug)]
+pub struct Viewer {
+    wo: DVec3,
+    brightest: [f64; 3],
+}
+
+impl Viewer {
+    /// A viewer above the horizon; `None` of one below.
+    #[must_use]
+    pub fn new(brdf: &SgdBrdf, wo: DVec3) -> Option<Self> {
+        if !above_horizon(wo) {
+            return None;
+        }
+        let reach = Reach::new(brdf);
+        let mut viewer = Self { wo, brightest: [0.0; 3] };
+        let mut lights_of_colours = [None; 3];
+        for wi in lights(wo, 0, &reach) {
+            let brighter = viewer.see(brdf, wi);
+            for (light, _) in lights_of_colours.iter_mut().zip(brighter).filter(|(_, b)| *b) {
+                *light = Some(wi);
+            }
+        }
+        for c in 0..3 {
+            if let Some(wi) = lights_of_colours[c]
+                && !lights_of_colours[..c].contains(&Some(wi))
+            {
+                viewer.look_around(brdf, wi);
+            }
+        }
+        Some(viewer)
+    }
+
+    /// Counts a light; returns the colours of which it is the brightest so far.
+    fn see(&mut self, brdf: &SgdBrdf, wi: DVec3) -> [bool; 3] {
+        let Some(probe) = probe(brdf, wi, self.wo) else { return [false; 3] };
+        let brighter = [0, 1, 2].map(|c| probe.colours[c].reflected > self.brightest[c]);
+        for (brightest, exact) in self.brightest.iter_mut().zip(probe.colours) {
+            *brightest = brightest.max(exact.reflected);
+        }
+        brighter
+    }
+
+    /// Counts brighter and brighter lights near one: half vectors in its plane, nearer the normal and
+    /// farther from it.
+    fn look_around(&mut self, brdf: &SgdBrdf, wi: DVec3) {
+        const STEPS: [f64; 8] = [0.16, 0.08, 0.04, 0.02, 0.01, 5e-3, 2.5e-3, 1e-3];
+        let mut h = (wi + self.wo).normalize();
+        for step in STEPS {
+            for stretch in [1.0 + step, 1.0 - step] {
+                let moved = DVec3::new(h.x * stretch, h.y * stretch, h.z).normalize();
+                let wi = 2.0 * self.wo.dot(moved) * moved - self.wo;
+                if above_horizon(wi) && self.see(brdf, wi).contains(&true) {
+                    h = moved;
+                }
+            }
+        }
+    }
+
+    /// The probe of a light; `None` below the horizon.
+    #[must_use]
+    pub fn probe(&self, brdf: &SgdBrdf, wi: DVec3) -> Option<Probe> {
+        let mut probe = probe(brdf, wi, self.wo)?;
+        for (exact, brightest) in probe.colours.iter_mut().zip(self.brightest) {
+            exact.bound = brightest.max(exact.reflected) + exact.reflected;
+        }
+        Some(probe)
+    }
+}
+
+/// Viewers from the horizon to the normal, between which the brightest light of any other lies.
+pub struct Viewers {
+    /// cotθ where they are densest.
+    grazing: f64,
+    brightest: Vec<[f64; 3]>,
+}
+
+impl Viewers {
+    const COUNT: usize = 96;
+    const FARTHEST: f64 = 1e3;
+
+    /// The viewers of a material, evenly in ln(cotθ + s).
+    #[must_use]
+    pub fn new(brdf: &SgdBrdf) -> Self {
+        let mut viewers = Self { grazing: 1e-2 * Reach::new(brdf).grazing, brightest: Vec::new() };
+        let length = (Self::FARTHEST / viewers.grazing).ln_1p();
+        let brightest = (0..Self::COUNT).map(|k| {
+            let y = length * k as f64 / (Self::COUNT - 1) as f64;
+            let cot = (viewers.grazing * y.exp_m1()).max(1e-12);
+            Viewer::new(brdf, at_cot(cot)).map_or([0.0; 3], |viewer| viewer.brightest)
+        });
+        viewers.brightest = brightest.collect();
+        viewers
+    }
+
+    /// A viewer, its brightest light between those of its neighbours; `None` of one below the horizon.
+    #[must_use]
+    pub fn at(&self, wo: DVec3) -> Option<Viewer> {
+        let length = (Self::FARTHEST / self.grazing).ln_1p();
+        let cot = cot_theta(wo).min(Self::FARTHEST);
+        let place = (cot / self.grazing).ln_1p() / length * (Self::COUNT - 1) as f64;
+        let left = (place as usize).min(Self::COUNT - 2);
+        let [a, b] = [self.brightest[left], self.brightest[left + 1]];
+        let weight = place - left as f64;
+        let brightest = std::array::from_fn(|c| a[c] + (b[c] - a[c]) * weight);
+        above_horizon(wo).then_some(Viewer { wo, brightest })
+    }
 }
 
 /// The probes of the viewer of one pair of directions, that pair the first; none below the horizon.

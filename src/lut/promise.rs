@@ -147,7 +147,7 @@ pub(super) fn fill_factors(
         |seen, round| promise.search(seen, round, request),
         |tables, seen, round| promise.judge(tables, seen, round, request.tolerance()),
     )?;
-    let proof = if unrefuted { promise.kind() } else { Proof::Sampled };
+    let proof = if unrefuted { Proof::Bounded } else { Proof::Sampled };
     let error = [error, promise.truncated(&tables)];
     Ok(tables.into_iter().map(|table| noted(table, request, error, proof)).collect())
 }
@@ -189,19 +189,6 @@ impl Promise<'_> {
         }
     }
 
-    /// The proof that the promise can have: bounds are known of all but the published masking fit.
-    fn kind(&self) -> Proof {
-        let mut lobes = self.rows.lobes.iter().flat_map(Row::visible);
-        let fitted = self.terms.contains(&Term::Masking) && lobes.any(|lobe| lobe.fitted.is_some());
-        if fitted { Proof::Sampled } else { Proof::Bounded }
-    }
-
-    /// Returns whether an error that was found breaks the promise.
-    fn is_broken_by(&self, error: f64, tolerance: Option<f64>) -> bool {
-        let share = if self.kind() == Proof::Bounded { 1.0 } else { SAMPLED_SHARE };
-        tolerance.is_some_and(|tolerance| error > share * tolerance)
-    }
-
     /// The largest error of the tables at probes seen and unseen, and the pairs of directions at
     /// which their bound breaks the tolerance.
     fn judge(
@@ -215,17 +202,14 @@ impl Promise<'_> {
         let (found, mut worst) = attacked(Attack::Climb, &unseen, tables, &Filter::COVERED);
         let mut error = measure(seen, tables, &Filter::COVERED).max(found);
         // The longer search costs many times the short one: only tables that pass the first get it.
-        if !self.is_broken_by(error, tolerance) {
+        if !is_broken_by(error, tolerance) {
             let unseen = self.unseen(SEARCHED + round);
             let (found, longer) = attacked(Attack::Search, &unseen, tables, &Filter::COVERED);
             (error, worst) = (error.max(found), longer);
         }
-        // Where all bounds are known, the tables need their proof as well.
-        let mut refuting = match (tolerance, self.kind()) {
-            (Some(tolerance), Proof::Bounded) => self.refuting(tables, tolerance),
-            _ => Vec::new(),
-        };
-        if self.is_broken_by(error, tolerance) {
+        // No pair found does not make a proof: the tables need their bound as well.
+        let mut refuting = tolerance.map_or_else(Vec::new, |e| self.refuting(tables, e));
+        if is_broken_by(error, tolerance) {
             refuting.extend(worst);
         }
         Judgement { error, refuting }
@@ -275,4 +259,9 @@ impl Promise<'_> {
             })
             .collect()
     }
+}
+
+/// Returns whether an error that was found breaks the promise.
+fn is_broken_by(error: f64, tolerance: Option<f64>) -> bool {
+    tolerance.is_some_and(|tolerance| error > tolerance)
 }

@@ -125,9 +125,12 @@ fn visibility(lobe: &Lobe<Sgd>, ranges: &AngleRanges) -> Interval {
     let cos = ranges.cos_o.map(|cos| cos.max(1.0 / FARTHEST));
     // Two bounds, of which the tighter holds: G1/cosθ, and (G1/cotθ)/sinθ near the horizon.
     let by_cos = [g1[0] / cos[1], g1[1] / cos[0]];
-    // The published fit need not fall over cotθ.
-    if lobe.fitted.is_some() {
-        return by_cos;
+    if let Some(fitted) = &lobe.fitted {
+        // G1/cosθ = (G1/e)(e/sin e) with the elevation e: the fit need not fall over cotθ.
+        let e = cot.map(f64::atan);
+        let (ratio, stretch) = (fitted.ratio(e), e.map(|e| e / e.sin()));
+        let by_elevation = [ratio[0] * stretch[0], ratio[1] * stretch[1]];
+        return [by_cos[0].max(by_elevation[0]), by_cos[1].min(by_elevation[1])];
     }
     let by_sin = [g1[1] / cot[1] / ranges.sin_o[1], g1[0] / cot[0] / ranges.sin_o[0]];
     [by_cos[0].max(by_sin[0]), by_cos[1].min(by_sin[1])]

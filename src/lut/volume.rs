@@ -230,6 +230,7 @@ pub fn attacked<'a>(
     probes: impl Iterator<Item = &'a Probe>,
 ) -> Vec<Probe> {
     const CLIMBS: usize = 8;
+    const MOVES: u32 = 600;
     let mut starts: Vec<(f64, &Probe)> =
         probes.map(|probe| (error_at(table, probe), probe)).collect();
     // A stable sort: equal errors keep their order, and the table its bytes.
@@ -237,7 +238,7 @@ pub fn attacked<'a>(
     starts.truncate(CLIMBS);
     let climbs = starts.into_par_iter().map(|(_, start)| {
         let (_, probe) = attack(brdf, start, |probe| error_at(table, probe));
-        scatter(brdf, &probe, |probe| error_at(table, probe)).1
+        scatter(brdf, None, &probe, MOVES, |probe| error_at(table, probe)).1
     });
     climbs.collect()
 }

@@ -85,6 +85,121 @@ impl FittedMasking {
     }
 }
 
+/// Bounds for what follows G1 between two elevations.
+impl FittedMasking {
+    /// Bounds on d ln G1/d ln e over elevations e in an interval that ends or starts at
+    /// the onset, or does not hold it.
+    ///
+    /// # Derivation
+    ///
+    /// With w = e/(π/2−θ0), m = 1 − (1−w)^k and L = ln(1+1/λ),
+    ///
+    /// ```text
+    /// d ln G1/d ln e = r·q,   r = L m/(e^{L m} − 1),   q = k w (1−w)^{k−1}/m
+    /// ```
+    ///
+    /// r falls from 1. 1/q is the mean of (s/(1−w))^{k−1} over s in \[1−w, 1\]: q falls from 1 for
+    /// k > 1 and rises from 1, without bound, for k < 1.
+    #[must_use]
+    pub fn elasticity(&self, elevations: [f64; 2]) -> [f64; 2] {
+        let w = elevations.map(|e| (e / self.onset_elevation).min(1.0));
+        if w[0] >= 1.0 {
+            return [0.0; 2];
+        }
+        let [r_most, r_least] = w.map(|w| {
+            let x = self.log_ratio * self.risen(w);
+            if x > 0.0 { x / x.exp_m1() } else { 1.0 }
+        });
+        let q = w.map(|w| self.power_elasticity(w));
+        // Rounding may leave the onset just inside, where G1 stops rising.
+        let least = if elevations[1] > self.onset_elevation { 0.0 } else { q[0].min(q[1]) };
+        [r_least * least, r_most * q[0].max(q[1])]
+    }
+
+    /// Bounds on d ln(G1/e)/de over elevations e in an interval, infinite beyond the onset: those of
+    /// [`Self::elasticity`] without the 1/e.
+    ///
+    /// # Derivation
+    ///
+    /// With y = w/(1−w) and x = L m,
+    ///
+    /// ```text
+    /// d ln(G1/e)/dw = A L k (1−w)^{k−1} − H q/(1−w)
+    /// A = 1/(eˣ−1) − 1/x,   H = (1/q − 1)/y = (k−1) ∫₀¹ (1−θ)(1+θy)^{k−2} dθ
+    /// ```
+    ///
+    /// A rises from −½ to 0; the magnitude of H rises with y for k > 2 and falls for k < 2.
+    #[must_use]
+    pub fn ratio_slope(&self, elevations: [f64; 2]) -> [f64; 2] {
+        let w = elevations.map(|e| e / self.onset_elevation);
+        if w[1] >= 1.0 {
+            return [f64::NEG_INFINITY, f64::INFINITY];
+        }
+        let v = w.map(|w| 1.0 - w);
+        let decay = w.map(|w| slope_of_decay(self.log_ratio * self.risen(w)));
+        let rise = v.map(|v| self.log_ratio * self.k * v.powf(self.k - 1.0));
+        let q = w.map(|w| self.power_elasticity(w));
+        let h = [0, 1].map(|end| self.excess(w[end] / v[end]).abs());
+        let (least, most) =
+            (h[0].min(h[1]) * q[0].min(q[1]) / v[0], h[0].max(h[1]) * q[0].max(q[1]) / v[1]);
+        let of_power = if self.k >= 1.0 { [-most, -least] } else { [least, most] };
+        let per_w = [
+            decay[0] * rise[0].max(rise[1]) + of_power[0],
+            decay[1] * rise[0].min(rise[1]) + of_power[1],
+        ];
+        if per_w.iter().all(|slope| slope.is_finite()) {
+            per_w.map(|slope| slope / self.onset_elevation)
+        } else {
+            [f64::NEG_INFINITY, f64::INFINITY]
+        }
+    }
+
+    /// Bounds on G1/e over elevations in an interval: (1+λ)(1 − e^{−L m})/(L m) falls with e, m/w
+    /// falls for k ≥ 1 and beyond the onset, and rises to it for k < 1.
+    #[must_use]
+    pub fn ratio(&self, elevations: [f64; 2]) -> [f64; 2] {
+        const LEAST: f64 = 1e-300;
+        let w = elevations.map(|e| (e / self.onset_elevation).max(LEAST));
+        let by_decay = w.map(|w| {
+            let x = self.log_ratio * self.risen(w.min(1.0));
+            if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 }
+        });
+        let by_power = w.map(|w| self.risen(w.min(1.0)) / w);
+        let over_onset = w[0] < 1.0 && 1.0 < w[1];
+        let most = by_power[0].max(by_power[1]).max(if over_onset { 1.0 } else { 0.0 });
+        let scale = (1.0 + self.amplitude) * self.log_ratio / self.onset_elevation;
+        [scale * by_decay[1] * by_power[0].min(by_power[1]), scale * by_decay[0] * most]
+    }
+
+    /// m = 1 − (1−w)^k.
+    fn risen(&self, w: f64) -> f64 {
+        -(self.k * (-w).ln_1p()).exp_m1()
+    }
+
+    /// q = k w (1−w)^{k−1}/m.
+    fn power_elasticity(&self, w: f64) -> f64 {
+        let risen = self.risen(w);
+        if risen > 0.0 { self.k * w * (1.0 - w).powf(self.k - 1.0) / risen } else { 1.0 }
+    }
+
+    /// H = ((1+y)^k − 1 − k y)/(k y²).
+    fn excess(&self, y: f64) -> f64 {
+        let k = self.k;
+        if k * y < SERIES {
+            return 0.5 * (k - 1.0) * (1.0 + (k - 2.0) * y / 3.0 * (1.0 + (k - 3.0) * y / 4.0));
+        }
+        ((k * y.ln_1p()).exp_m1() - k * y) / (k * y * y)
+    }
+}
+
+/// Below this a difference loses more digits than a series leaves out.
+const SERIES: f64 = 1e-4;
+
+/// d ln((1 − e^{−x})/x)/dx = 1/(eˣ−1) − 1/x.
+fn slope_of_decay(x: f64) -> f64 {
+    if x < SERIES { -0.5 + x / 12.0 } else { 1.0 / x.exp_m1() - 1.0 / x }
+}
+
 /// The elevations at which a fit is compared with the exact masking.
 const FIT_SAMPLES: usize = 128;
 

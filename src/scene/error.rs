@@ -56,6 +56,18 @@ pub enum SceneError {
     /// Something that is not a regular file: a folder, a pipe, a device.
     #[error("not a regular file; save the scene to a file first")]
     NotAFile,
+    /// A file of more bytes than are read of its kind.
+    #[error("found {found} bytes; {kind} is read up to {most}. {advice}")]
+    Size {
+        /// The kind of file.
+        kind: &'static str,
+        /// Its bytes.
+        found: u64,
+        /// The most that are read.
+        most: u64,
+        /// A way around it.
+        advice: &'static str,
+    },
     /// An assignment that fits nothing.
     #[error("no material slot matches {pattern:?}; the scene has {}", list(.slots))]
     NoSlot {

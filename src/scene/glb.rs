@@ -7,6 +7,7 @@ use std::{
     sync::Arc,
 };
 
+use crate::scene::size::{self, Text};
 use crate::scene::{Bytes, SceneError};
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
@@ -62,6 +63,7 @@ impl Glb {
             [Chunk { kind: JSON, offset, length }, ..] => ((offset, length), None, offset + length),
             _ => return Err(SceneError::Glb("the first chunk is not JSON".into())),
         };
+        size::check(Text::Gltf, json.1)?;
         file.seek(SeekFrom::Start(json.0))?;
         let mut text = Vec::new();
         // `chunks` has checked that the length lies within the file.

@@ -36,6 +36,7 @@ mod output_file;
 mod prune;
 mod resource;
 mod restore;
+mod size;
 mod slot;
 mod text;
 mod triangles;
@@ -67,6 +68,7 @@ use crate::asset::{Extension, ExtensionError};
 use glb::Glb;
 use outline::Outline;
 use resource::Resource;
+use size::Text;
 use text::Pieces;
 
 /// The number of each kind of thing in a scene.
@@ -150,7 +152,8 @@ impl Scene {
         let folder = if folder == Path::new("") { PathBuf::from(".") } else { folder };
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
         // Opening a pipe would wait for a writer.
-        if !fs::metadata(path)?.is_file() {
+        let metadata = fs::metadata(path)?;
+        if !metadata.is_file() {
             return Err(SceneError::NotAFile);
         }
         let mut start = Vec::new();
@@ -166,9 +169,13 @@ impl Scene {
                     Source::File(Container::Glb, folder),
                 )
             }
-            "obj" => obj::open(path, folder, progress),
+            "obj" => {
+                size::check(Text::Obj, metadata.len())?;
+                obj::open(path, folder, progress)
+            }
             "glb" => Err(SceneError::Glb("the file does not start with glTF".into())),
             "gltf" => {
+                size::check(Text::Gltf, metadata.len())?;
                 let text = String::from_utf8(fs::read(path)?).map_err(|_| SceneError::Utf8)?;
                 Self::new(text, None, None, Source::File(Container::Gltf, folder))
             }

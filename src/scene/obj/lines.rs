@@ -68,6 +68,9 @@ pub(super) struct Lines<'p, R> {
 /// Bytes between two reports of progress.
 const PROGRESS_STEP: u64 = 1 << 20;
 
+/// Bytes that a line may have with its continuations: a polygon of half a million corners.
+const MAX_LINE: usize = 1 << 24;
+
 /// Bytes of rewritten lines after which a batch ends.
 const BATCH: usize = 1 << 15;
 
@@ -100,7 +103,13 @@ impl<'p, R: BufRead> Lines<'p, R> {
     fn next_line(&mut self) -> io::Result<bool> {
         self.raw.clear();
         loop {
-            let read = self.inner.read_until(b'\n', &mut self.raw)?;
+            let room = MAX_LINE.saturating_sub(self.raw.len()) as u64;
+            let read = (&mut self.inner).take(room).read_until(b'\n', &mut self.raw)?;
+            if self.raw.len() >= MAX_LINE {
+                self.number += 1;
+                let reason = format!("the line has more than {MAX_LINE} bytes");
+                return Err(io::Error::new(io::ErrorKind::InvalidData, reason));
+            }
             if read == 0 {
                 return Ok(!self.raw.is_empty());
             }

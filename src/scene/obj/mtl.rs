@@ -10,6 +10,7 @@ use crate::scene::{
     build::Parts,
     conversion::mime,
     resource::{Resource, percent_encode},
+    size::{self, Text},
 };
 
 /// `materials`, and the `images` and `textures` they need, for the material names in use.
@@ -63,6 +64,7 @@ fn load(
                 continue;
             }
         };
+        size::check(Text::Mtl, fs::metadata(&path)?.len())?;
         let text = completed(&String::from_utf8_lossy(&fs::read(path)?));
         match tobj::load_mtl_buf(&mut text.as_bytes()) {
             Ok((loaded, _)) => materials.extend(loaded),
