@@ -337,7 +337,7 @@ fn large_scenes_are_refused_before_they_are_read() {
     ] {
         let file = fs::File::create(folder.path().join(name)).unwrap();
         file.set_len(bytes).unwrap();
-        let start = std::time::Instant::now();
+        let start = Instant::now();
         let output = run(folder.path(), &["inspect", name]);
         assert_eq!(output.status.code(), Some(1), "{name}: {}", stderr(&output));
         assert!(stderr(&output).contains(message), "{name}: {}", stderr(&output));

@@ -71,7 +71,7 @@ fn broken(audits: &[Audit]) -> Option<String> {
         audit.channels.iter().find_map(|channel| {
             let check = channel.laws.iter().find(|check| !check.holds())?;
             Some(format!(
-                "{} {}: {} is off by {:e}; accepted is up to {:e}",
+                "{} {}: {} is off by {:e}, more than the {:e} allowed",
                 audit.material,
                 channel.channel.name(),
                 check.law.describe(),

@@ -9,7 +9,7 @@ pub mod chart;
 pub mod deviation;
 pub mod distance;
 pub mod estimate;
-pub mod front;
+pub mod pareto_front;
 pub mod heat;
 pub mod laws;
 pub mod machine;

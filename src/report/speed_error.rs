@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::lut::BakeError;
 use crate::material::Material;
 use crate::report::deviation::{Deviation, Yardstick};
-use crate::report::front::margins;
+use crate::report::pareto_front::margins;
 use crate::report::methods::{Hemisphere, Method, methods};
 use crate::report::stopwatch::{Patience, Timing, measure};
 
