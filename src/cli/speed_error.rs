@@ -8,8 +8,8 @@ use crate::cli::failure::Failure;
 use crate::cli::file_names::file_names;
 use crate::cli::output::{NewFile, Output, Writing};
 use crate::cli::selection::Materials;
-use sgdbake::report::pareto_front::RULE;
 use sgdbake::report::machine::Machine;
+use sgdbake::report::pareto_front::RULE;
 use sgdbake::report::speed_error::{Effort, SpeedError, speed_error};
 use sgdbake::report::speed_error_page::{markdown, picture};
 

@@ -8,8 +8,8 @@ use serde::Serialize;
 use crate::lut::BakeError;
 use crate::material::Material;
 use crate::report::deviation::{Deviation, Yardstick};
-use crate::report::pareto_front::margins;
 use crate::report::methods::{Hemisphere, Method, methods};
+use crate::report::pareto_front::margins;
 use crate::report::stopwatch::{Patience, Timing, measure};
 
 pub use crate::report::methods::{Effort, MethodFamily};

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use crate::encode::GENERATOR;
 use crate::report::axis::Axis;
 use crate::report::chart::{Chart, Curve, Key, Mark, Shown};
-use crate::report::pareto_front::RULE;
 use crate::report::machine::Machine;
+use crate::report::pareto_front::RULE;
 use crate::report::sheet_page::STYLE;
 use crate::report::speed_error::{Measured, MethodFamily, SpeedError};
 
