@@ -79,3 +79,20 @@ fn a_fit_finds_the_edition_again() {
         assert!((distance.suns - stated.delta_e).abs() < 0.01, "{name}: {distance:?} {stated:?}");
     }
 }
+
+/// The whole edition is what `--all --edition refit` means in every command.
+#[test]
+fn every_command_takes_the_whole_edition() {
+    let commands: [&[&str]; 3] = [
+        &["eval", "--wi", "0,0,1", "--wo", "0,0,1"],
+        &["slice", "--theta-deg", "10"],
+        &["sample", "--wo", "0,0,1", "-n", "2"],
+    ];
+    for command in commands {
+        let mut sgdbake = assert_cmd::Command::cargo_bin("sgdbake").expect("built with the tests");
+        let run = sgdbake.args(command).args(["--all", "--edition", "refit", "--json"]).assert();
+        let output = run.success().get_output().stdout.clone();
+        let lines = String::from_utf8(output).expect("text");
+        assert_eq!(lines.lines().count(), refit().len(), "{command:?}");
+    }
+}

@@ -258,14 +258,15 @@ impl Subjects {
 
 /// The materials that a command works on.
 #[derive(Debug, clap::Args)]
-#[group(required = true, multiple = false)]
+#[group(required = true, multiple = true)]
 pub struct Materials {
     /// A catalogue name, or the path of a material file or of a measurement. Repeat for more
     #[arg(
         long,
         value_name = "MATERIAL",
         value_parser = MaterialParser,
-        hide_possible_values = true
+        hide_possible_values = true,
+        conflicts_with = "all"
     )]
     material: Vec<String>,
     /// The whole catalogue

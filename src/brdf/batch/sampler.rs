@@ -12,7 +12,7 @@ use crate::brdf::batch::sgd_batch::{Baseline, SgdBatch};
 use crate::brdf::batch::shares::{BELOW_ONE, Choices, DIFFUSE, Shares};
 use crate::brdf::batch::squared_slopes::SquaredSlopes;
 use crate::material::{MAX_LOBES, Material};
-use crate::math::arithmetic::{Arithmetic, Fused, Separate, ln_1p, max, min, sin_cos_turns};
+use crate::math::arithmetic::{Arithmetic, Separate, ln_1p, max, min, sin_cos_turns};
 use crate::math::instruction_set::{InstructionSet, per_instruction_set};
 use crate::microfacet::{Accuracy, Sgd, VisibleNormals};
 
@@ -397,11 +397,11 @@ fn fill_g1<A: Arithmetic, M: BatchMasking>(
 mod dispatch {
     use super::*;
 
-    per_instruction_set!(sample<A: Fused, baseline Baseline>
+    per_instruction_set!(sample<A: crate::math::arithmetic::Fused, baseline Baseline>
     (sampler: &SamplerBatch, draws: &Draws<'_>, out: &mut SamplesMut<'_>) -> () {
         sampler.sample_with::<A>(draws, out);
     });
-    per_instruction_set!(pdf<A: Fused, baseline Baseline>
+    per_instruction_set!(pdf<A: crate::math::arithmetic::Fused, baseline Baseline>
     (sampler: &SamplerBatch, pairs: &Pairs<'_>, pdf: &mut [f32]) -> () {
         sampler.pdf_with::<A>(pairs, pdf);
     });
