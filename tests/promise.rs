@@ -392,7 +392,8 @@ fn an_independent_search_finds_hardly_more_than_the_stated_error() {
             largest = largest.max(share_of_stated_error(&entry.material, tolerance));
         }
     }
-    assert!(largest <= LARGEST_RATIO, "{largest}");
+    let allowed = if count > 2 { LARGEST_RATIO } else { LARGEST_RATIO_OF_TWO };
+    assert!(largest <= allowed, "{largest}");
 }
 
 /// The largest error that the independent search finds of a material's textures, as a multiple of the
@@ -413,6 +414,8 @@ fn share_of_stated_error(material: &Material, tolerance: f64) -> f64 {
 /// An independent search finds so many times the stated error at most (docs/promise.md): each pair of
 /// cells has a maximum of its own, and neither search climbs all of them.
 const LARGEST_RATIO: f64 = 1.15;
+/// The same for gold-paint and alum-bronze: 1.0044 when measured.
+const LARGEST_RATIO_OF_TWO: f64 = 1.02;
 
 /// A tolerance between two, evenly by their logarithms.
 fn between(loose: f64, tight: f64, tightness: f64) -> f64 {
